@@ -145,25 +145,32 @@ PinholeCamera read_camera(const SettingsFile& file) {
 }
 #endif
 
-void read_motion(SettingsFile& file, PluginSettings& settings) {
-  bool with_motion = false;
-  file.read_flag("motion", with_motion);
-  if (!with_motion) return;
-#ifdef DYNFILTER_HAS_MOTION
-  settings.motion_camera = read_camera(file);
-#else
-  (void)settings;
-  file.refuse("motion", "1, but this dynfilter was built without motion",
-              "one built with -DDYNFILTER_BUILD_MOTION=ON");
-#endif
-}
-
 /// Reads DepthMapFactor, or ORB-SLAM3's name for it; 0 without.
 double read_depth_factor(const SettingsFile& file) {
   const std::string key = depth_factor_key(file.host());
   const double factor = file.host().number(key).value_or(0);
   if (factor < 0) file.host().refuse(key, concatenate(factor), "at least 0");
   return factor;
+}
+
+/// Motion is judged by default where it can be: for a pinhole RGB-D camera, after rule depth.
+void read_motion(SettingsFile& file, PluginSettings& settings) {
+  bool is_wanted = settings.filter.compensator.rule == CompensationRule::depth &&
+                   settings.depth_units_per_metre > 0;
+  const bool is_asked_for = file.host().has(file.key_of("motion"));
+  file.read_flag("motion", is_wanted);
+  if (!is_wanted) return;
+#ifdef DYNFILTER_HAS_MOTION
+  try {
+    settings.motion_camera = read_camera(file);
+  } catch (const std::runtime_error&) {
+    if (is_asked_for) throw;
+  }
+#else
+  if (!is_asked_for) return;
+  file.refuse("motion", "1, but this dynfilter was built without motion",
+              "one built with -DDYNFILTER_BUILD_MOTION=ON");
+#endif
 }
 
 }  // namespace
@@ -186,6 +193,7 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   read_masks(file, settings);
   read_mask_culler(file, settings.filter.mask_culler);
   read_rule(file, settings);
+  settings.depth_units_per_metre = read_depth_factor(file);
   read_motion(file, settings);
   std::size_t overlay_every = 0;
   file.read_count("floor", settings.filter.feature_floor.floor);
@@ -200,7 +208,6 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
     file.refuse("output_folder", settings.output_folder,
                 "a folder outside " + read + ", which is read");
   }
-  settings.depth_units_per_metre = read_depth_factor(file);
   const double features = file.host().number("ORBextractor.nFeatures").value_or(0);
   settings.orb_features = features > 0 ? static_cast<std::size_t>(features) : 0;
   return settings;

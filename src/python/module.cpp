@@ -50,8 +50,8 @@ void fill(py::module_& module) {
 #ifdef DYNFILTER_HAS_NETWORKS
   bind_networks(module);
 #endif
-  bind_motion(module);
   bind_sequence(module);
+  bind_motion(module);  // after the camera of a sequence, which it takes
   refuse_unmade_objects(module);
   py::delattr(module, "__module__");
   py::module_::import("atexit").attr("register")(py::cpp_function(&Unlocked::end_interpreter));

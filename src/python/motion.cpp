@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "dynfilter/evaluation/camera.hpp"
 #include "dynfilter/motion/motion_filter.hpp"
 #include "filter_arguments.hpp"
 #include "unlocked.hpp"
@@ -76,7 +77,12 @@ void bind_motion(py::module_& module) {
            py::arg("k3") = 0.0,
            R"(fx, fy: focal lengths, pixels; above 0
 cx, cy: principal point, pixels
-k1, k2, p1, p2, k3: distortion; all 0 = rectified images)");
+k1, k2, p1, p2, k3: distortion; all 0 = rectified images)")
+      .def(py::init([](const CameraParameters& c) {
+             return PinholeCamera{c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3};
+           }),
+           py::arg("camera"), "camera: of a sequence");
+  py::implicitly_convertible<CameraParameters, PinholeCamera>();
 
   py::class_<LockedFilter>(
       module, "MotionFilter",

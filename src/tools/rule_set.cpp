@@ -94,8 +94,8 @@ const std::vector<Entry>& entries() {
       {{"paper", "features on the masks, and in the box by depth and D-LBP (the paper)", M::culled,
         S::frame},
        paper},
-      {{"depth", "features on the masks, and in the box at the object's depth (the default)",
-        M::culled, S::frame},
+      {{"depth", "features on the masks, and in the box at the object's depth", M::culled,
+        S::frame},
        depth},
       {{"mask_moved", "rule mask on masks moved with the image", M::moved, S::none}, nothing},
       {{"depth_moved", "rule depth on masks moved with the image", M::moved, S::frame}, depth},
@@ -103,7 +103,7 @@ const std::vector<Entry>& entries() {
       {{"masks_motion", "rule mask, then what moves; still objects get their features back",
         M::culled, S::motion},
        then_motion<nothing>},
-      {{"depth_motion", "rule depth, then what moves; still objects get their features back",
+      {{"depth_motion", "rule depth, then what moves; still objects get theirs back (the default)",
         M::culled, S::motion},
        then_motion<depth>},
       {{"ds_slam", "features on persons if one leaves its epipolar line (DS-SLAM)", M::left,
@@ -156,14 +156,6 @@ std::string rule_list() {
     text += "\n  " + name + std::string(22 - name.size(), ' ') + entry.info.description;
   }
   return text;
-}
-
-const RuleInfo& with_motion(const RuleInfo& rule) {
-  if (rule.name == "none") return rule_info("motion");
-  if (rule.name == "mask") return rule_info("masks_motion");
-  if (rule.name == "depth") return rule_info("depth_motion");
-  if (rule.follows_motion()) return rule;
-  detail::throw_misuse("rule", "--motion with rule " + rule.name, "rule none, mask or depth");
 }
 
 AnyStage mask_stage_of(const RuleInfo& rule, const MaskCullerOptions& masks) {

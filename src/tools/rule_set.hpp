@@ -68,10 +68,6 @@ std::string rule_list();
 /// Returns the mask culler, or an empty stage if the rule does without.
 AnyStage mask_stage_of(const RuleInfo& rule, const MaskCullerOptions& masks);
 
-/// Returns the rule with motion evidence after it. Throws std::invalid_argument for a rule that has
-/// no such variant.
-const RuleInfo& with_motion(const RuleInfo& rule);
-
 /// Returns the rule's stage after the mask culler, or alone. `seed` is for its samples, if any; the
 /// camera is for rules that follow motion. Such a stage remembers the frames that it has seen.
 AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, std::uint64_t seed,

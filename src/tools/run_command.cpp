@@ -26,12 +26,17 @@ namespace {
 
 struct RunOptions {
   SceneSpec scene;
-  std::string rule = "depth";
+  std::string rule;  // empty: the default
   std::filesystem::path out = "dynfilter_out";
-  bool with_motion = false;
   RunSettings settings;
   SegmenterSpec segmenter;
 };
+
+/// Returns the chosen rule, or the default: motion is judged where depth and every frame are there.
+const RuleInfo& rule_of(const RunOptions& options, const FrameSource& source) {
+  const bool can_follow = source.has_depth() && options.settings.every == 1;
+  return rule_info(!options.rule.empty() ? options.rule : can_follow ? "depth_motion" : "depth");
+}
 
 void run(const RunOptions& options) {
   SceneSpec scene = options.scene;
@@ -46,9 +51,8 @@ void run(const RunOptions& options) {
       scene.reads_masks ? nullptr : options.segmenter.make();
   RunSettings settings = options.settings;
   settings.masks = scene.reads_masks ? source->masks_name() : options.segmenter.name();
-  const RuleInfo& rule = rule_info(options.rule);
-  RuleRun work(options.with_motion ? with_motion(rule) : rule, scene, *source, settings,
-               options.out);
+  const RuleInfo& rule = rule_of(options, *source);
+  RuleRun work(rule, scene, *source, settings, options.out);
   const odometry::OrbExtractor extractor(options.settings.features);
   SourceChecks checks(*source, settings, rule.moves_masks());
   {
@@ -116,12 +120,11 @@ void add_run_command(CLI::App& program) {
                    "camera file, or tum1, tum2, tum3 or bonn [SEQUENCE/camera.yaml]")
       ->excludes(level);
   add_depth_offset_option(*command, options->scene.depth_offset_s)->excludes(level);
-  command->add_option("--rule", options->rule, "rule that removes features, see below")
-      ->check(CLI::IsMember(all_rule_names()))
-      ->capture_default_str();
-  command->add_flag("--motion", options->with_motion,
-                    "judge the features by their motion, too: what moves goes, and what stands "
-                    "still comes back (rules none, mask and depth)");
+  command
+      ->add_option("--rule", options->rule,
+                   "rule that removes features, see below; without depth, or with --every, the "
+                   "default is depth")
+      ->check(CLI::IsMember(all_rule_names()));
   add_segmenter_options(*command, options->segmenter);
   for (const char* own : {"--masks", "--degrade"}) {  // a segmenter has no use for these masks
     for (const char* name : {"--remote", "--model"}) {

@@ -70,7 +70,8 @@ TEST_F(PluginMotion, DoesWhatTheFilterDoes) {
     writer.add(rendered.back().true_segmentation);
   }
   writer.finish();
-  Plugin with(settings(std::string("dynfilter.motion: 1\n") + camera_keys)), without(settings(""));
+  Plugin with(settings(camera_keys));
+  Plugin without(settings(std::string("dynfilter.motion: 0\n") + camera_keys));
   const CameraParameters c = scene.camera();
   MotionFilter filter({c.fx, c.fy, c.cx, c.cy});
   FeatureLabels labels;
@@ -89,7 +90,10 @@ TEST_F(PluginMotion, DoesWhatTheFilterDoes) {
         with.filter(shot.frame.timestamp_s, shot.frame.depth, again, no_descriptors).motion.outcome,
         statistics.motion.outcome);
     EXPECT_EQ(again.size(), judged.size());
-    without.filter(shot.frame.timestamp_s, shot.frame.depth, masked, no_descriptors);
+    without.submit(shot.frame.image, shot.frame.timestamp_s);
+    EXPECT_EQ(without.filter(shot.frame.timestamp_s, shot.frame.depth, masked, no_descriptors)
+                  .motion.outcome,
+              MotionOutcome::not_run);
     EXPECT_EQ(judged.size(), labels.statistics().kept());
     EXPECT_EQ(statistics.motion.outcome, labels.statistics().motion.outcome);
     EXPECT_EQ(statistics.motion.given_back, labels.statistics().motion.given_back);
@@ -119,8 +123,7 @@ TEST_F(PluginMotion, JudgesAsOftenWhereEachImageIsFilteredTwice) {
   }
   writer.finish();
   const std::string file =
-      settings(std::string("dynfilter.propagate: \"yes\"\ndynfilter.missing_masks: \"keep\"\n"
-                           "dynfilter.motion: 1\n") +
+      settings(std::string("dynfilter.propagate: \"yes\"\ndynfilter.missing_masks: \"keep\"\n") +
                camera_keys);
   Plugin once(file), twice(file);
   for (const SyntheticFrame& rendered : shots) {
@@ -151,6 +154,27 @@ TEST_F(PluginMotion, SaysThatItNeedsTheImage) {
       plugin.filter(1, cv::Mat1f(40, 40, 1.0F), keypoints, descriptors);
   EXPECT_EQ(statistics.motion.outcome, MotionOutcome::no_image);
   EXPECT_EQ(keypoints.size(), 3U);
+}
+
+TEST_F(PluginMotion, IsOffWhereItCannotBeUnlessAskedFor) {
+  std::filesystem::create_directories(folder_.path() / "masks");
+  const auto outcome = [&](const std::string& more) {
+    Plugin plugin(settings("dynfilter.missing_masks: \"keep\"\n" + more));
+    plugin.submit(cv::Mat3b(40, 40), 1);
+    std::vector<cv::KeyPoint> keypoints(3, cv::KeyPoint(5, 5, 1));
+    cv::Mat descriptors;
+    return plugin.filter(1, cv::Mat1f(40, 40, 1.0F), keypoints, descriptors).motion.outcome;
+  };
+  EXPECT_EQ(outcome(camera_keys), MotionOutcome::started);
+  EXPECT_EQ(outcome(""), MotionOutcome::not_run);
+  EXPECT_EQ(outcome(std::string("Camera.k4: 0.1\n") + camera_keys), MotionOutcome::not_run);
+  EXPECT_EQ(outcome(std::string("Camera.type: \"KannalaBrandt8\"\n") + camera_keys),
+            MotionOutcome::not_run);
+  for (const char* rule : {"dynfilter.rule: \"mask\"\n", "dynfilter.rule: \"paper\"\n"}) {
+    EXPECT_EQ(outcome(std::string(rule) + camera_keys), MotionOutcome::not_run);
+    EXPECT_EQ(outcome(std::string(rule) + "dynfilter.motion: 1\n" + camera_keys),
+              MotionOutcome::started);
+  }
 }
 
 TEST_F(PluginMotion, NeedsThePinholeCameraOfTheHost) {

@@ -18,8 +18,9 @@ class ProgramOnRecordedData : public RecordedData {
  protected:
   TemporaryFolder folder;
 
-  nlohmann::json summary_of(const char* sequence, Outcome& outcome) {
-    outcome = run("run " + quoted(data(sequence)) + " --out " + quoted(folder.path()));
+  nlohmann::json summary_of(const char* sequence, Outcome& outcome,
+                            const std::string& options = "") {
+    outcome = run("run " + quoted(data(sequence)) + options + " --out " + quoted(folder.path()));
     EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
     return read_json(folder.path() / "summary.json");
   }
@@ -55,7 +56,8 @@ TEST_F(ProgramOnRecordedData, DegradedMasksRemoveFewerFeatures) {
 /// a rule without the watershed takes 41 of the table's.
 TEST_F(ProgramOnRecordedData, KeepsMostOfATableAtThePersonsDepth) {
   Outcome outcome;
-  const nlohmann::json summary = summary_of("composite_person_in_step_48", outcome);
+  const nlohmann::json summary =
+      summary_of("composite_person_in_step_48", outcome, " --rule depth");
   EXPECT_EQ(summary["frames"], 48);
   const auto left = summary["dynamic_left"].get<int>();
   EXPECT_LT(left, 5 * 48);
@@ -63,11 +65,12 @@ TEST_F(ProgramOnRecordedData, KeepsMostOfATableAtThePersonsDepth) {
   EXPECT_GT(summary["static_removed"], summary["static_removed_with_depth"]);
 }
 
-TEST_F(ProgramOnRecordedData, RemovesNothingWithoutPersons) {
+/// The default judges motion where there are no masks.
+TEST_F(ProgramOnRecordedData, RemovesHardlyAnythingWithoutPersons) {
   Outcome outcome;
   const nlohmann::json summary = summary_of("tum_fr1_xyz_120", outcome);
   EXPECT_EQ(summary["frames"], 120);
-  EXPECT_EQ(summary["kept"], summary["features"]);
+  EXPECT_GT(summary["kept"], 0.999 * summary["features"].get<int>());
   EXPECT_TRUE(outcome.mentions("no masks")) << outcome.printed;
 }
 

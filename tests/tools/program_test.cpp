@@ -42,8 +42,8 @@ TEST_F(Program, DrawsAPanelForEachPartOfTheRule) {
 
 TEST_F(Program, RunWritesConsistentResults) {
   const fs::path folder = out("result");
-  const Outcome outcome =
-      run("run " + quoted(scene()) + " --out " + quoted(folder) + " --features 400 --overlays 2");
+  const Outcome outcome = run("run " + quoted(scene()) + " --rule depth --out " + quoted(folder) +
+                              " --features 400 --overlays 2");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
   for (const char* line : {"removed by mask", "removed by compensation", "kept", "ORB extraction",
                            "mask culler", "rule depth", "dynamic left, masks only"}) {
@@ -75,10 +75,10 @@ TEST_F(Program, RunWritesConsistentResults) {
   EXPECT_FALSE(cv::imread((folder / "contact_sheet.png").string()).empty());
 }
 
-TEST_F(Program, RunJudgesMotionOnRequest) {
+TEST_F(Program, RunJudgesMotionByDefault) {
   const fs::path folder = out("motion");
   const std::string command = "run " + quoted(scene()) + " --overlays 0 --out " + quoted(folder);
-  ASSERT_EQ(run(command + " --motion").exit_code, 0);
+  ASSERT_EQ(run(command).exit_code, 0);
   const nlohmann::json summary = read_json(folder / "summary.json");
   EXPECT_EQ(summary["rule"], "depth_motion");
   const auto frames = read_csv(folder / "frames.csv");
@@ -88,11 +88,9 @@ TEST_F(Program, RunJudgesMotionOnRequest) {
   EXPECT_EQ(summary["features"].get<int>(),
             summary["masked"].get<int>() + summary["compensated"].get<int>() +
                 summary["moving"].get<int>() + summary["kept"].get<int>());
-  ASSERT_EQ(run(command + " --motion --rule none").exit_code, 0);
-  EXPECT_EQ(read_json(folder / "summary.json")["rule"], "motion");
-  EXPECT_EQ(read_json(folder / "summary.json")["masked"], 0);
-  EXPECT_TRUE(run(command + " --motion --rule paper").mentions("rule none, mask or depth"));
-  EXPECT_TRUE(run(command + " --motion --every 2").mentions("--every 2"));
+  ASSERT_EQ(run(command + " --every 2").exit_code, 0);
+  EXPECT_EQ(read_json(folder / "summary.json")["rule"], "depth");
+  EXPECT_TRUE(run(command + " --rule depth_motion --every 2").mentions("--every 2"));
 }
 
 TEST_F(Program, SecondRunGivesTheSameNumbersWithoutOldPictures) {
@@ -124,16 +122,22 @@ TEST_F(Program, MaskRuleCompensatesNothing) {
   EXPECT_EQ(summary["dynamic_left"], summary["dynamic_left_mask_only"]);
 }
 
-TEST_F(Program, RemovesNothingWithoutMasksAndReportsIt) {
+TEST_F(Program, RemovesWhatMovesWithoutMasksAndReportsIt) {
   const fs::path copy = out("no masks");
   fs::copy(scene(), copy, fs::copy_options::recursive);
   fs::remove_all(copy / "masks");
-  const Outcome outcome = run("run " + quoted(copy) + " --out " + quoted(out("none")));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("no masks")) << outcome.printed;
-  const nlohmann::json summary = read_json(out("none") / "summary.json");
-  EXPECT_EQ(summary["has_masks"], false);
-  EXPECT_EQ(summary["kept"], summary["features"]);
+  const auto summary_of = [&](const char* rule, const char* words) {
+    const Outcome outcome = run("run " + quoted(copy) + rule + " --out " + quoted(out("none")));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+    EXPECT_TRUE(outcome.mentions(words)) << outcome.printed;
+    return read_json(out("none") / "summary.json");
+  };
+  const nlohmann::json judged = summary_of("", "no masks/ folder, so motion decides alone");
+  EXPECT_EQ(judged["has_masks"], false);
+  EXPECT_GT(judged["dynamic_removed"], 10 * judged["static_removed"].get<int>());
+  const nlohmann::json none =
+      summary_of(" --rule depth", "no masks/ folder, so nothing is removed");
+  EXPECT_EQ(none["kept"], none["features"]);
 }
 
 TEST_F(Program, NamesMissingFilesAndInvalidOptions) {
@@ -183,12 +187,10 @@ TEST_F(Program, EvalPrintsOneFigureALineAndWritesJson) {
 }
 
 TEST_F(Program, EverySkipsFramesAndTracking) {
-  const Outcome outcome =
-      run("run " + quoted(scene()) + " --every 3 --overlays 0 --out " + quoted(out("third")));
+  const std::string command = "run " + quoted(scene()) + " --rule depth --overlays 0 --out ";
+  const Outcome outcome = run(command + quoted(out("third")) + " --every 3");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
-  ASSERT_EQ(
-      run("run " + quoted(scene()) + " --overlays 0 --out " + quoted(out("all frames"))).exit_code,
-      0);
+  ASSERT_EQ(run(command + quoted(out("all frames"))).exit_code, 0);
   const auto rows = read_csv(out("third") / "frames.csv");
   const auto all = read_csv(out("all frames") / "frames.csv");
   ASSERT_EQ(rows.size(), 3U) << "want a header and frames 0 and 3";
