@@ -25,7 +25,7 @@
 #include "filter_check.hpp"
 #include "filter_input.hpp"
 #include "filter_peers.hpp"
-#include "support/allocation_counter.hpp"
+#include "support/failing_allocations.hpp"
 
 namespace dynfilter::benchmarks {
 namespace {
@@ -99,10 +99,10 @@ struct RunningFilter {
 class AllocationsPerFrame {
  public:
   explicit AllocationsPerFrame(benchmark::State& state)
-      : state_(state), before_(testing::allocations_of_this_thread_so_far()) {}
+      : state_(state), before_(testing::allocations_so_far()) {}
   ~AllocationsPerFrame() {
-    if (!testing::can_count_allocations || state_.iterations() == 0) return;
-    const auto count = static_cast<double>(testing::allocations_of_this_thread_so_far() - before_);
+    if (state_.iterations() == 0) return;
+    const auto count = static_cast<double>(testing::allocations_so_far() - before_);
     state_.counters["allocations"] = count / static_cast<double>(state_.iterations());
   }
 

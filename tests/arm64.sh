@@ -25,18 +25,11 @@ source "$root/cmake/setup.sh"
 # shellcheck source-path=SCRIPTDIR source=bare_system.sh
 source "$root/tests/bare_system.sh"
 
-for argument in "$@"; do
-  case "$argument" in
-    -h | --help)
-      usage
-      exit
-      ;;
-    *)
-      usage >&2
-      exit 2
-      ;;
-  esac
-done
+if (($# > 0)); then
+  usage
+  [[ $1 == -h ]] && exit
+  exit 2
+fi
 jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
 readonly jobs
 make_scratch arm64

@@ -6,17 +6,9 @@
 
 #include "dynfilter/depth_compensator.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <stdexcept>
-#include <vector>
-
 #include "support/depth_scene.hpp"
-#include "support/expect_error.hpp"
 #include "support/filter_property.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -74,15 +66,6 @@ TEST(DepthCompensator, MarginIsTheMasksGapAndTheOptions) {
   EXPECT_EQ(scene.at(277, 300).reason, Reason::compensated);
 }
 
-/// Within half a width of the camera, no depth is not the object's depth.
-TEST(DepthCompensator, GapOfANearMaskEndsAtAHole) {
-  DepthScene scene;
-  scene.set_depth(scene.box, 0);
-  scene.set_depth(scene.body, 0.5);
-  EXPECT_EQ(scene.measured().mask_gap_px, 0);
-  EXPECT_EQ(scene.measured().mask_gap_places, 2U * 40U);
-}
-
 TEST(DepthCompensator, FollowsDepthThatIsShiftedAgainstTheMask) {
   DepthScene scene;
   scene.set_depth({{0, 0}, scene.size}, 4.0);
@@ -98,17 +81,6 @@ TEST(DepthCompensator, FollowsDepthThatIsShiftedAgainstTheMask) {
   EXPECT_FALSE(refined.covers({381, 300}));
 }
 
-TEST(DepthCompensator, FindsNarrowPersons) {
-  DepthScene scene;
-  scene.set_depth({{0, 0}, scene.size}, 6.0);
-  scene.set_depth({303, 120, 18, 240}, 4.0);
-  scene.set_depth({321, 200, 8, 16}, 4.0);
-  scene.set_mask({303, 120, 18, 240});
-  scene.person().box = {300, 118, 30, 244};
-  EXPECT_EQ(scene.at(326, 207).reason, Reason::compensated);
-  EXPECT_EQ(scene.at(326, 240).reason, Reason::untouched);
-}
-
 TEST(DepthCompensator, ABoxWithoutAMaskSuffices) {
   DepthScene scene;
   scene.person().mask = cv::Mat();
@@ -116,14 +88,6 @@ TEST(DepthCompensator, ABoxWithoutAMaskSuffices) {
     EXPECT_EQ(scene.at(x, y).reason, Reason::compensated) << x << ", " << y;
   }
   EXPECT_EQ(scene.at(270, 300).reason, Reason::untouched);
-}
-
-TEST(DepthCompensator, AMaskWithoutABoxStandsAlone) {
-  DepthScene scene;
-  scene.person().box = cv::Rect();
-  EXPECT_EQ(scene.at(390, 210).reason, Reason::untouched);
-  scene.make_stale();
-  EXPECT_EQ(scene.at(270, 300).reason, Reason::in_mask);
 }
 
 TEST(DepthCompensator, Abstains) {
@@ -327,23 +291,6 @@ FeatureLabels labels_of(const FilterCase& input) {
   return DynamicFilter(input.options).apply(input.frame, input.segmentation, input.features());
 }
 
-TEST(DepthCompensator, TypeOfTheDepthImageChangesNothing) {
-  for (std::uint64_t seed = 0; seed < 200; ++seed) {
-    ByteSource source(seed);
-    FilterCase input = arbitrary_case(source);
-    draw_rule(source, input, CompensationRule::depth);
-    if (input.frame.depth.empty() || input.frame.depth.type() == CV_32FC1) continue;
-    input.frame.metres_per_unit = 1.0 / 4096;  // floats hold the metres exactly
-    const FeatureLabels expected = labels_of(input);
-    input.frame.depth.convertTo(input.frame.depth, CV_32FC1, input.frame.metres_per_unit);
-    input.frame.metres_per_unit = 0;
-    const FeatureLabels labels = labels_of(input);
-    for (std::size_t i = 0; i < labels.size(); ++i) {
-      ASSERT_TRUE(same_label(labels[i], expected[i])) << "seed " << seed << ", feature " << i;
-    }
-  }
-}
-
 /// Another instance may have a feature then. Caution asks whether a feature is sure for this one.
 TEST(DepthCompensator, OrderOfTheInstancesChangesNoRemoval) {
   std::size_t compensated = 0;
@@ -412,32 +359,6 @@ TEST(DepthCompensator, FeaturesVoteForThoseWithoutDepth) {
   EXPECT_FALSE(labels.is_removed(at(276, 300))) << "at his edge";
   EXPECT_FALSE(labels.is_removed(at(404, 300)));
   EXPECT_GT(labels[at(276, 300)].score, labels[at(404, 300)].score);
-}
-
-/// The depths in the box are the background's then.
-TEST(DepthCompensator, AbstainsWithoutAnyDepthOnAMaskOfManyFeatures) {
-  ColumnScene scene;
-  for (std::size_t i = 0; i < scene.input.keypoints.size(); ++i) {
-    if (ColumnScene::is_person(scene.input.keypoints[i].pt)) (*scene.input.depths_m)[i] = NAN;
-  }
-  const FrameStatistics statistics = labels_of(scene.input).statistics();
-  EXPECT_EQ(statistics.instances[0].compensation, Compensation::too_few_samples);
-  EXPECT_EQ(statistics.compensated, 0U);
-  scene.input.depths_m.reset();
-  EXPECT_EQ(labels_of(scene.input).statistics().instances[0].compensation,
-            Compensation::no_depth_image);
-}
-
-TEST(DepthCompensator, GivesBackTheBackgroundUnderAStaleMaskByDepthsOfFeatures) {
-  ColumnScene scene;
-  scene.input.segmentation.instances[0].mask_origin.x = 265;
-  scene.input.segmentation.timestamp_s = -0.1;
-  const FeatureLabels labels = labels_of(scene.input);
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    const cv::Point at = scene.input.keypoints[i].pt;
-    ASSERT_EQ(labels.is_removed(i), ColumnScene::is_person(at)) << at;
-  }
-  EXPECT_EQ(labels.statistics().restored, 2U * 40U);
 }
 
 }  // namespace

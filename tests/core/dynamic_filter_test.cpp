@@ -5,18 +5,8 @@
 
 #include "dynfilter/dynamic_filter.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <numeric>
-#include <string>
-#include <thread>
-#include <vector>
-
-#include "support/expect_error.hpp"
 #include "support/filter_property.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -26,13 +16,6 @@ constexpr CompensationRule every_rule[] = {CompensationRule::depth, Compensation
 
 FeatureLabels filtered(const FilterCase& input) {
   return DynamicFilter(input.options).apply(input.frame, input.segmentation, input.keypoints);
-}
-
-void expect_same(const FeatureLabels& a, const FeatureLabels& b) {
-  ASSERT_EQ(a.size(), b.size());
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    ASSERT_TRUE(same_label(a[i], b[i])) << i << ": " << describe(a[i]) << "; " << describe(b[i]);
-  }
 }
 
 TEST(DynamicFilter, PermutingTheFeaturesPermutesTheLabels) {
@@ -137,7 +120,7 @@ TEST(DynamicFilter, LabelsDoNotDependOnThreadOrOrder) {
     });
     first.join();
     second.join();
-    for (std::size_t i = 0; i < cases; ++i) expect_same(forwards[i], backwards[i]);
+    for (std::size_t i = 0; i < cases; ++i) ASSERT_TRUE(same_labels(forwards[i], backwards[i]));
   }
 }
 
@@ -187,7 +170,8 @@ TEST(DynamicFilter, TwoFiltersInOneProcessShareNothing) {
     const DynamicFilter first(input.options), second(other.options);
     for (int trial = 0; trial < 3; ++trial) {
       second.apply(other.frame, other.segmentation, other.keypoints);
-      expect_same(alone, first.apply(input.frame, input.segmentation, input.keypoints));
+      const FeatureLabels again = first.apply(input.frame, input.segmentation, input.keypoints);
+      ASSERT_TRUE(same_labels(alone, again));
     }
   }
 }

@@ -3,13 +3,8 @@
 
 #include "dynfilter/frame_features.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <limits>
-#include <vector>
-
 #include "support/filter_case.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {

@@ -3,27 +3,11 @@
 
 #include "dynfilter/instance.hpp"
 
-#include <gtest/gtest.h>
-
-#include <limits>
-#include <map>
-#include <vector>
-
 #include "support/filter_case.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
-
-cv::Mat mask_from(const std::vector<std::vector<int>>& rows) {
-  cv::Mat mask(static_cast<int>(rows.size()), static_cast<int>(rows[0].size()), CV_8UC1);
-  for (int y = 0; y < mask.rows; ++y) {
-    for (int x = 0; x < mask.cols; ++x) {
-      mask.at<std::uint8_t>(y, x) =
-          static_cast<std::uint8_t>(rows[static_cast<std::size_t>(y)][static_cast<std::size_t>(x)]);
-    }
-  }
-  return mask;
-}
 
 /// Oracle: the instance's mask drawn into an image.
 cv::Mat drawn(const Instance& instance, const cv::Size& image) {
@@ -38,15 +22,11 @@ cv::Mat drawn(const Instance& instance, const cv::Size& image) {
   return canvas;
 }
 
-/// Oracle: the smallest box around the non-zero pixels, grown pixel by pixel.
+/// Oracle: the smallest box around the non-zero pixels.
 cv::Rect oracle_box(const cv::Mat& mask) {
-  cv::Rect box;
-  for (int y = 0; y < mask.rows; ++y) {
-    for (int x = 0; x < mask.cols; ++x) {
-      if (mask.at<std::uint8_t>(y, x) != 0) box |= cv::Rect(x, y, 1, 1);
-    }
-  }
-  return box;
+  std::vector<cv::Point> pixels;
+  cv::findNonZero(mask, pixels);
+  return cv::boundingRect(pixels);
 }
 
 bool same_pixels(const cv::Mat& a, const cv::Mat& b) {
@@ -83,7 +63,7 @@ TEST(Instance, AcceptsOriginsAtTheLimitsOfInt) {
 }
 
 TEST(Instance, AdoptsAnImageMaskWithoutCopying) {
-  const cv::Mat mask = mask_from({{0, 0, 0, 0}, {0, 1, 0, 0}, {0, 1, 255, 0}, {0, 0, 0, 0}});
+  const cv::Mat1b mask = (cv::Mat1b(4, 4) << 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 255, 0, 0, 0, 0, 0);
   const Instance instance = Instance::from_image_mask(mask, {0, 0, 4, 4}, 3, 0.5F);
   EXPECT_EQ(instance.box, cv::Rect(0, 0, 4, 4));
   EXPECT_EQ(instance.mask_origin, cv::Point(1, 1));
@@ -112,7 +92,7 @@ TEST(Instance, BlankImageMaskGivesAnEmptyMask) {
 }
 
 TEST(Instance, AcceptsMasksWithStaticPolarity) {
-  const cv::Mat is_static = mask_from({{255, 255, 255}, {255, 0, 1}});
+  const cv::Mat1b is_static = (cv::Mat1b(2, 3) << 255, 255, 255, 255, 0, 1);
   const Instance instance = Instance::from_static_mask(is_static);
   EXPECT_TRUE(same_pixels(drawn(instance, is_static.size()), is_static == 0));
 }
@@ -146,50 +126,36 @@ TEST(InstancesFromLabelMap, GivesEveryLabelItsPixelsIn8And16Bits) {
   compare_label_map_with_oracle<std::uint16_t>(CV_16UC1);
 }
 
-/// Oracle: fills the connected object at a pixel.
-void flood(const cv::Mat& mask, cv::Mat& seen, cv::Point at, cv::Mat& object) {
-  if (at.x < 0 || at.y < 0 || at.x >= mask.cols || at.y >= mask.rows) return;
-  if (mask.at<std::uint8_t>(at) == 0 || seen.at<std::uint8_t>(at) != 0) return;
-  seen.at<std::uint8_t>(at) = 255;
-  object.at<std::uint8_t>(at) = 255;
-  for (int dy = -1; dy <= 1; ++dy) {
-    for (int dx = -1; dx <= 1; ++dx) flood(mask, seen, at + cv::Point(dx, dy), object);
-  }
-}
-
+/// Oracle: OpenCV's labels of connected pixels.
 TEST(InstancesFromBinaryMask, FindsEachConnectedObjectOnce) {
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     ByteSource source(seed);
     const cv::Mat mask = arbitrary_mask(source, {source.between(1, 18), source.between(1, 18)});
     const int margin = source.between(0, 5);
-    std::vector<Instance> instances = instances_from_binary_mask(mask, margin);
-    cv::Mat seen = cv::Mat::zeros(mask.size(), CV_8UC1);
-    std::size_t objects = 0;
-    for (int y = 0; y < mask.rows; ++y) {
-      for (int x = 0; x < mask.cols; ++x) {
-        cv::Mat object = cv::Mat::zeros(mask.size(), CV_8UC1);
-        flood(mask, seen, {x, y}, object);
-        if (cv::countNonZero(object) == 0) continue;
-        ++objects;
-        std::size_t matches = 0;
-        for (const Instance& instance : instances) {
-          if (!same_pixels(drawn(instance, mask.size()), object)) continue;
-          ++matches;
-          const cv::Rect tight = oracle_box(object);
-          const cv::Rect grown(tight.tl() - cv::Point(margin, margin),
-                               tight.br() + cv::Point(margin, margin));
-          EXPECT_EQ(instance.box, grown & cv::Rect({0, 0}, mask.size()));
-        }
-        ASSERT_EQ(matches, 1U);
-      }
+    const std::vector<Instance> instances = instances_from_binary_mask(mask, margin);
+    cv::Mat labels;
+    const int objects = cv::connectedComponents(mask != 0, labels) - 1;
+    ASSERT_EQ(instances.size(), static_cast<std::size_t>(objects));
+    for (int label = 1; label <= objects; ++label) {
+      const cv::Mat object = labels == label;
+      const cv::Rect tight = oracle_box(object);
+      const cv::Rect grown(tight.tl() - cv::Point(margin, margin),
+                           tight.br() + cv::Point(margin, margin));
+      ASSERT_EQ(std::count_if(instances.begin(), instances.end(),
+                              [&](const Instance& instance) {
+                                return instance.box == (grown & cv::Rect({0, 0}, mask.size())) &&
+                                       same_pixels(drawn(instance, mask.size()), object);
+                              }),
+                1);
     }
-    ASSERT_EQ(instances.size(), objects);
   }
 }
 
 TEST(InstancesFromBinaryMask, DropsNoiseAndSortsFromTheTop) {
-  const cv::Mat mask =
-      mask_from({{0, 0, 0, 0, 1, 1}, {1, 1, 0, 0, 1, 0}, {0, 1, 0, 0, 0, 0}, {0, 0, 0, 1, 0, 0}});
+  const cv::Mat mask = (cv::Mat1b(4, 6) << 0, 0, 0, 0, 1, 1,  //
+                        1, 1, 0, 0, 1, 0,                     //
+                        0, 1, 0, 0, 0, 0,                     //
+                        0, 0, 0, 1, 0, 0);
   const std::vector<Instance> all = instances_from_binary_mask(mask);
   ASSERT_EQ(all.size(), 3U);
   EXPECT_EQ(all[0].box, cv::Rect(4, 0, 2, 2));

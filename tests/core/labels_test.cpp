@@ -3,18 +3,12 @@
 
 #include "dynfilter/labels.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <cstdint>
-#include <stdexcept>
-#include <string>
-#include <vector>
-
+#include "dynfilter/feature_floor.hpp"
+#include "dynfilter/statistics.hpp"
 #include "support/byte_source.hpp"
-#include "support/expect_error.hpp"
+#include "support/test.hpp"
 
-namespace dynfilter {
+namespace dynfilter::testing {
 namespace {
 
 Segmentation with_instances(std::size_t count) {
@@ -24,80 +18,87 @@ Segmentation with_instances(std::size_t count) {
   return segmentation;
 }
 
-TEST(FeatureLabels, FirstStageToRemoveAFeatureWins) {
-  FeatureLabels labels(2, with_instances(2));
-  EXPECT_TRUE(labels.remove(1, 0, Reason::in_mask, 0.5F));
-  EXPECT_FALSE(labels.remove(1, 1, Reason::compensated, 0.9F));
-  EXPECT_FALSE(labels.is_removed(0));
-  EXPECT_EQ(labels[0].instance, -1);
-  EXPECT_EQ(labels[1].instance, 0);
-  EXPECT_EQ(labels[1].reason, Reason::in_mask);
-  EXPECT_EQ(labels[1].score, 0.5F);
-  EXPECT_EQ(labels.statistics().masked, 1U);
-  EXPECT_EQ(labels.statistics().compensated, 0U);
+/// A label, as plain words say it: whoever removes a feature first has it, until it is restored.
+struct ModelLabel {
+  float score = 0;
+  std::int32_t instance = -1;
+  Reason reason = Reason::untouched;
+  bool removed = false;
+
+  bool remove(std::int32_t by, Reason why, float how_sure) {
+    if (removed) return false;
+    *this = {how_sure, by, why, true};
+    return true;
+  }
+  bool restore(float how_sure, Reason why) {
+    if (!removed) return false;
+    *this = {how_sure, instance, why, false};
+    return true;
+  }
+  bool suspect(std::int32_t by, float how_sure) {
+    if (removed || how_sure <= score) return false;
+    *this = {how_sure, by, reason, false};
+    return true;
+  }
+};
+
+std::size_t count_of(const std::vector<ModelLabel>& model, Reason reason, int instance = -2) {
+  return static_cast<std::size_t>(
+      std::count_if(model.begin(), model.end(), [&](const ModelLabel& label) {
+        return label.reason == reason && (instance == -2 || label.instance == instance);
+      }));
 }
 
-TEST(FeatureLabels, RestoreKeepsInstanceAndScore) {
-  FeatureLabels labels(1, with_instances(1));
-  EXPECT_FALSE(labels.restore(0));
-  labels.remove(0, 0, Reason::compensated, 0.75F);
-  EXPECT_TRUE(labels.restore(0));
-  EXPECT_FALSE(labels.is_removed(0));
-  EXPECT_EQ(labels[0].reason, Reason::restored);
-  EXPECT_EQ(labels[0].score, 0.75F);
-  EXPECT_EQ(labels.statistics().compensated, 0U);
-  EXPECT_EQ(labels.statistics().instances[0].compensated, 0U);
-  EXPECT_EQ(labels.statistics().restored, 1U);
-  EXPECT_EQ(labels.statistics().kept(), 1U);
-}
-
-TEST(FeatureLabels, RestoreTakesAScoreAndAReasonOfKeptFeatures) {
-  FeatureLabels labels(3, with_instances(1));
-  EXPECT_FALSE(labels.restore(0, 0.5F, Reason::still)) << "it was not removed";
-  EXPECT_EQ(labels[0].reason, Reason::untouched);
-  for (const std::size_t i : {0U, 1U}) labels.remove(i, 0, Reason::in_mask, 0.75F);
-  EXPECT_TRUE(labels.restore(0, 0.25F, Reason::still));
-  EXPECT_TRUE(labels.restore(1, 0.125F));
-  EXPECT_FALSE(labels.is_removed(0));
-  EXPECT_EQ(labels[0].reason, Reason::still);
-  EXPECT_EQ(labels[0].score, 0.25F);
-  EXPECT_EQ(labels[0].instance, 0);
-  EXPECT_EQ(labels[1].reason, Reason::restored);
-  EXPECT_EQ(labels[1].score, 0.125F);
-  EXPECT_EQ(labels.statistics().masked, 0U);
-  EXPECT_EQ(labels.statistics().instances[0].masked, 0U);
-  EXPECT_EQ(labels.statistics().restored, 2U);
-  EXPECT_EQ(labels.statistics().kept(), 3U);
-  EXPECT_TRUE(labels.remove(0, -1, Reason::moving, 0.5F));
-  EXPECT_EQ(labels.statistics().restored, 1U) << "it is no restored feature any more";
-  EXPECT_EQ(labels.statistics().moving, 1U);
-}
-
-TEST(FeatureLabels, SuspectRaisesScoresOfKeptFeaturesOnly) {
-  FeatureLabels labels(2, with_instances(2));
-  EXPECT_TRUE(labels.suspect(0, 1, 0.25F));
-  EXPECT_FALSE(labels.suspect(0, 0, 0.25F)) << "the first of equal scores stays";
-  EXPECT_FALSE(labels.suspect(0, 0, 0.125F));
-  EXPECT_EQ(labels[0].instance, 1);
-  EXPECT_EQ(labels[0].score, 0.25F);
-  EXPECT_EQ(labels[0].reason, Reason::untouched);
-  EXPECT_FALSE(labels.is_removed(0));
-  EXPECT_TRUE(labels.suspect(0, 0, 0.5F));
-  EXPECT_EQ(labels[0].instance, 0);
-  labels.remove(1, 0, Reason::in_mask, 0.25F);
-  EXPECT_FALSE(labels.suspect(1, 1, 1.0F));
-  EXPECT_EQ(labels[1].score, 0.25F);
-  EXPECT_TRUE(labels.remove(0, 1, Reason::compensated, 0.3F))
-      << "an earlier suspicion does not matter";
-  EXPECT_EQ(labels[0].score, 0.3F);
-  EXPECT_EQ(labels.statistics().removed(), 2U);
-  EXPECT_EQ(labels.statistics().kept(), 0U);
+TEST(FeatureLabels, MatchAModelAfterRandomCalls) {
+  const Reason removing[] = {Reason::in_mask, Reason::compensated, Reason::moving, Reason::custom};
+  for (std::uint64_t seed = 0; seed < 500; ++seed) {
+    ByteSource source(seed);
+    const auto count = static_cast<std::size_t>(source.between(1, 60));
+    FeatureLabels labels(count, with_instances(3));
+    std::vector<ModelLabel> model(count);
+    for (int call = 0; call < 300; ++call) {
+      const std::size_t i = source.word() % count;
+      const float score = static_cast<float>(source.between(0, 8)) / 8;
+      const int instance = source.between(-1, 2), kind = source.between(0, 5);
+      if (kind == 0) {
+        ASSERT_EQ(labels.restore(i), model[i].restore(model[i].score, Reason::restored));
+      } else if (kind == 1) {
+        const Reason reason = source.chance(50) ? Reason::restored : Reason::still;
+        ASSERT_EQ(labels.restore(i, score, reason), model[i].restore(score, reason));
+      } else if (kind == 2) {
+        ASSERT_EQ(labels.suspect(i, instance, score), model[i].suspect(instance, score));
+      } else {
+        const Reason reason = removing[source.between(0, 3)];
+        ASSERT_EQ(labels.remove(i, instance, reason, score),
+                  model[i].remove(instance, reason, score));
+      }
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      ASSERT_EQ(labels[i].score, model[i].score) << "seed " << seed;
+      ASSERT_EQ(labels[i].instance, model[i].instance) << "seed " << seed;
+      ASSERT_EQ(labels[i].reason, model[i].reason) << "seed " << seed;
+      ASSERT_EQ(labels.is_removed(i), model[i].removed) << "seed " << seed;
+    }
+    const FrameStatistics& statistics = labels.statistics();
+    ASSERT_EQ(statistics.masked, count_of(model, Reason::in_mask)) << "seed " << seed;
+    ASSERT_EQ(statistics.compensated, count_of(model, Reason::compensated)) << "seed " << seed;
+    ASSERT_EQ(statistics.moving, count_of(model, Reason::moving)) << "seed " << seed;
+    ASSERT_EQ(statistics.custom, count_of(model, Reason::custom)) << "seed " << seed;
+    ASSERT_EQ(statistics.restored,
+              count_of(model, Reason::restored) + count_of(model, Reason::still));
+    for (int k = 0; k < 3; ++k) {
+      const InstanceStatistics& own = statistics.instances[static_cast<std::size_t>(k)];
+      ASSERT_EQ(own.masked, count_of(model, Reason::in_mask, k)) << "seed " << seed;
+      ASSERT_EQ(own.compensated, count_of(model, Reason::compensated, k)) << "seed " << seed;
+    }
+    ASSERT_EQ(statistics.kept() + statistics.removed(), count);
+  }
 }
 
 TEST(FeatureLabels, RefuseIndicesAndScoresOutOfRange) {
   FeatureLabels labels(1, with_instances(1));
   const auto refuses = [](const auto& call, const std::string& part) {
-    testing::expect_error<std::invalid_argument>(call, part);
+    expect_error<std::invalid_argument>(call, part);
   };
   refuses([&] { labels.suspect(1, 0, 0.5F); }, "feature 1");
   refuses([&] { labels.suspect(0, 1, 0.5F); }, "FeatureLabels::suspect: got instance 1");
@@ -105,6 +106,11 @@ TEST(FeatureLabels, RefuseIndicesAndScoresOutOfRange) {
   refuses([&] { labels.suspect(0, 0, 1.5F); }, "FeatureLabels::suspect: got score 1.5");
   refuses([&] { labels.suspect(0, 0, NAN); }, "FeatureLabels::suspect: got score nan");
   refuses([&] { labels.restore(1, 0.5F); }, "feature 1");
+  refuses([&] { labels.remove(1, -1, Reason::custom, 1); }, "feature 1");
+  refuses([&] { labels.remove(0, -2, Reason::custom, 1); },
+          "FeatureLabels::remove: got instance -2");
+  refuses([&] { labels.remove(0, -1, Reason::custom, NAN); },
+          "FeatureLabels::remove: got score nan");
   refuses([&] { labels.restore(0, -0.5F); }, "FeatureLabels::restore: got score -0.5");
   for (const Reason other :
        {Reason::untouched, Reason::in_mask, Reason::compensated, Reason::moving, Reason::custom}) {
@@ -141,37 +147,65 @@ TEST(FeatureLabels, ListsTheDynamicObjects) {
   EXPECT_FALSE(labels.statistics().instances[2].dynamic);
   labels.restore(0);
   EXPECT_FALSE(labels.is_dynamic_object(2));
-  testing::expect_error<std::invalid_argument>([&] { labels.mark_dynamic(3); }, "instance 3");
+  expect_error<std::invalid_argument>([&] { labels.mark_dynamic(3); }, "instance 3");
 }
 
-TEST(FeatureLabels, CountsMatchTheLabelsAfterRandomCalls) {
-  for (std::uint64_t seed = 0; seed < 500; ++seed) {
-    testing::ByteSource source(seed);
-    const auto count = static_cast<std::size_t>(source.between(1, 200));
-    FeatureLabels labels(count, with_instances(3));
-    for (int call = 0; call < 300; ++call) {
-      const std::size_t i = source.word() % count;
-      if (source.chance(30)) {
-        labels.restore(i, 0.5F, source.chance(50) ? Reason::restored : Reason::still);
-      } else {
-        const Reason reason = source.chance(50) ? Reason::in_mask : Reason::compensated;
-        labels.remove(i, source.between(-1, 2), reason, 0.5F);
-      }
-    }
-    std::size_t removed = 0, restored = 0, masked_for_last = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      ASSERT_EQ(labels.is_removed(i), labels[i].removed);
-      removed += labels[i].removed ? 1 : 0;
-      const Reason reason = labels[i].reason;
-      restored += reason == Reason::restored || reason == Reason::still ? 1 : 0;
-      const bool is_masked = labels[i].removed && labels[i].reason == Reason::in_mask;
-      masked_for_last += is_masked && labels[i].instance == 2 ? 1 : 0;
-    }
-    ASSERT_EQ(labels.statistics().removed(), removed) << "seed " << seed;
-    ASSERT_EQ(labels.statistics().restored, restored) << "seed " << seed;
-    ASSERT_EQ(labels.statistics().instances[2].masked, masked_for_last) << "seed " << seed;
+// --- Statistics ----------------------------------------------------------------------------------
+
+/// Returns the statistics of a frame with masks that motion judged.
+FrameStatistics judged() {
+  FrameStatistics statistics;
+  statistics.has_segmentation = true;
+  statistics.motion.outcome = MotionOutcome::applied;
+  return statistics;
+}
+
+TEST(IsMotionDecided, IfItWasJudgedAndNoObjectIsUndecided) {
+  EXPECT_TRUE(judged().is_motion_decided());
+  FrameStatistics statistics = judged();
+  statistics.motion.unsettled_objects = 1;
+  EXPECT_FALSE(statistics.is_motion_decided());
+  EXPECT_FALSE(FrameStatistics().is_motion_decided());
+  for (const MotionOutcome outcome :
+       {MotionOutcome::not_run, MotionOutcome::no_image, MotionOutcome::started,
+        MotionOutcome::repeated, MotionOutcome::too_few_tracks, MotionOutcome::pose_not_trusted}) {
+    statistics = judged();
+    statistics.motion.outcome = outcome;
+    EXPECT_FALSE(statistics.is_motion_decided()) << static_cast<int>(outcome);
   }
 }
 
+/// Without masks, nobody knows whether somebody stands there.
+TEST(IsMotionDecided, OnlyWithMasks) {
+  FrameStatistics statistics = judged();
+  statistics.has_segmentation = false;
+  EXPECT_FALSE(statistics.is_motion_decided());
+}
+
+// --- FeatureFloor --------------------------------------------------------------------------------
+
+FeatureLabels floored(std::size_t features, std::size_t removed, std::size_t floor) {
+  Segmentation segmentation;
+  segmentation.image_size = {800, 600};
+  segmentation.instances.resize(1);
+  const std::vector<cv::Point2f> points(features);
+  FeatureLabels labels(features, segmentation);
+  for (std::size_t i = 0; i < removed; ++i) labels.remove(i, 0, Reason::in_mask, 0.9F);
+  FeatureFloor({floor})({FrameView(), segmentation, points}, labels);
+  return labels;
+}
+
+TEST(FeatureFloor, ReportsStarvationAndChangesNoLabel) {
+  const FeatureLabels enough = floored(10, 4, 6);
+  EXPECT_FALSE(enough.statistics().starved);
+  EXPECT_EQ(enough.statistics().suggested_features, 0U);
+  const FeatureLabels starved = floored(10, 6, 5);
+  EXPECT_TRUE(starved.statistics().starved);
+  EXPECT_EQ(starved.statistics().kept(), 4U);
+  EXPECT_EQ(starved.statistics().suggested_features, 13U);  // 5 / 0.4
+  EXPECT_EQ(floored(10, 10, 5).statistics().suggested_features, 40U)
+      << "at most four times as many";
+}
+
 }  // namespace
-}  // namespace dynfilter
+}  // namespace dynfilter::testing

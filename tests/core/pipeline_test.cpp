@@ -3,14 +3,10 @@
 
 #include "dynfilter/pipeline.hpp"
 
-#include <gtest/gtest.h>
-
-#include <stdexcept>
-
 #include "dynfilter/dynfilter.hpp"
-#include "support/expect_error.hpp"
+#include "support/test.hpp"
 
-namespace dynfilter {
+namespace dynfilter::testing {
 namespace {
 
 /// User-defined stage, written against the public headers: removes every feature nearer than a
@@ -126,7 +122,7 @@ TEST(Pipeline, ValidatesInputThatAStageReplaces) {
   };
   const std::vector<cv::Point2f> points(2);
   const auto apply = [&] { Pipeline(with_other_masks).apply(FrameView(), Segmentation(), points); };
-  testing::expect_error<std::invalid_argument>(apply, "a box of -1x1 in instance 0");
+  expect_error<std::invalid_argument>(apply, "a box of -1x1 in instance 0");
 }
 
 TEST(Pipeline, PassesTheWorkspaceToStagesThatAcceptIt) {
@@ -173,4 +169,4 @@ TEST(Pipeline, NestedPipelineMayUseTheSameWorkspace) {
 }
 
 }  // namespace
-}  // namespace dynfilter
+}  // namespace dynfilter::testing

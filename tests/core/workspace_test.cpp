@@ -3,12 +3,7 @@
 
 #include "dynfilter/workspace.hpp"
 
-#include <gtest/gtest.h>
-
-#include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 
@@ -17,7 +12,7 @@ const void* numbers_of_another_file(Workspace& workspace);
 
 }  // namespace dynfilter::testing
 
-namespace dynfilter {
+namespace dynfilter::testing {
 namespace {
 
 struct Numbers {
@@ -49,9 +44,9 @@ TEST(Workspace, ScratchKeepsItsAddress) {
 // A stage's scratch may be in an anonymous namespace, and its name is no rare one.
 TEST(Workspace, TellsTypesOfOneNameInTwoFilesApart) {
   Workspace workspace;
-  const void* const others = testing::numbers_of_another_file(workspace);
+  const void* const others = numbers_of_another_file(workspace);
   EXPECT_NE(static_cast<const void*>(&workspace.get<Numbers>()), others);
-  EXPECT_EQ(testing::numbers_of_another_file(workspace), others);
+  EXPECT_EQ(numbers_of_another_file(workspace), others);
 }
 
 TEST(Workspace, FailedScratchLeavesTheRest) {
@@ -65,4 +60,4 @@ TEST(Workspace, FailedScratchLeavesTheRest) {
 }
 
 }  // namespace
-}  // namespace dynfilter
+}  // namespace dynfilter::testing

@@ -3,22 +3,10 @@
 
 #include "dynfilter/evaluation/camera.hpp"
 
-#include <limits>
-#include <random>
-#include <stdexcept>
-#include <string>
-#include <utility>
+#include "support/test.hpp"
 
-#include <gtest/gtest.h>
-
-#include "support/expect_error.hpp"
-#include "support/temporary_folder.hpp"
-
-namespace dynfilter {
+namespace dynfilter::testing {
 namespace {
-
-using testing::expect_error;
-using testing::TemporaryFolder;
 
 const std::string required_keys =
     "%YAML:1.0\n"
@@ -42,18 +30,12 @@ CameraParameters some_camera() {
 }
 
 void expect_equal(const CameraParameters& a, const CameraParameters& b) {
-  EXPECT_EQ(a.fx, b.fx);
-  EXPECT_EQ(a.fy, b.fy);
-  EXPECT_EQ(a.cx, b.cx);
-  EXPECT_EQ(a.cy, b.cy);
-  EXPECT_EQ(a.k1, b.k1);
-  EXPECT_EQ(a.k2, b.k2);
-  EXPECT_EQ(a.p1, b.p1);
-  EXPECT_EQ(a.p2, b.p2);
-  EXPECT_EQ(a.k3, b.k3);
+  using C = CameraParameters;
+  for (double C::*member : {&C::fx, &C::fy, &C::cx, &C::cy, &C::k1, &C::k2, &C::p1, &C::p2, &C::k3,
+                            &C::frames_per_second, &C::depth_units_per_metre}) {
+    EXPECT_EQ(a.*member, b.*member);
+  }
   EXPECT_EQ(a.image_size, b.image_size);
-  EXPECT_EQ(a.frames_per_second, b.frames_per_second);
-  EXPECT_EQ(a.depth_units_per_metre, b.depth_units_per_metre);
 }
 
 TEST(Camera, ReadsAnOrbSlamSettingsFile) {
@@ -205,4 +187,4 @@ TEST(Camera, RefusesToWriteInvalidCameras) {
 }
 
 }  // namespace
-}  // namespace dynfilter
+}  // namespace dynfilter::testing

@@ -3,9 +3,8 @@
 
 #include "dynfilter/evaluation/feature_scores.hpp"
 
-#include <gtest/gtest.h>
-
 #include "support/oracle.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -38,14 +37,12 @@ TEST(FeatureScores, MatchTheOracleOnArbitraryInput) {
     }
     const FeatureScores scores =
         score_features(input.keypoints, labels, input.segmentation, rim, input.frame);
-    ASSERT_EQ(scores.dynamic_left, expected.dynamic_left) << "seed " << seed;
-    ASSERT_EQ(scores.dynamic_removed, expected.dynamic_removed) << "seed " << seed;
-    ASSERT_EQ(scores.rim_left, expected.rim_left) << "seed " << seed;
-    ASSERT_EQ(scores.rim_removed, expected.rim_removed) << "seed " << seed;
-    ASSERT_EQ(scores.static_left, expected.static_left) << "seed " << seed;
-    ASSERT_EQ(scores.static_removed, expected.static_removed) << "seed " << seed;
-    ASSERT_EQ(scores.static_removed_with_depth, expected.static_removed_with_depth)
-        << "seed " << seed;
+    using S = FeatureScores;
+    for (std::size_t S::*member :
+         {&S::dynamic_left, &S::dynamic_removed, &S::rim_left, &S::rim_removed, &S::static_left,
+          &S::static_removed, &S::static_removed_with_depth}) {
+      ASSERT_EQ(scores.*member, expected.*member) << "seed " << seed;
+    }
     total += scores;
   }
   EXPECT_GT(total.dynamic_left, 1000U);

@@ -3,54 +3,17 @@
 
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <filesystem>
-#include <limits>
-#include <optional>
-#include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
-
-#include <gtest/gtest.h>
-#include <opencv2/imgcodecs.hpp>
-
 #include "dynfilter/evaluation/association.hpp"
-#include "support/expect_error.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/sequence_folder.hpp"
+#include "support/test.hpp"
 #include "support/test_data.hpp"
 
-namespace dynfilter {
+namespace dynfilter::testing {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::expect_error;
-using testing::file_text;
-using testing::TemporaryFolder;
-using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
 
 // --- Folders -------------------------------------------------------------------------------------
-
-const char* const camera_yaml =
-    "%YAML:1.0\nCamera.fx: 5.0\nCamera.fy: 6.0\nCamera.cx: 3.0\nCamera.cy: 2.0\n"
-    "DepthMapFactor: 1000.0\n";
-
-/// Images of 6x4 pixels: colour (10 k, 20, 30) and depth 1000 k for the k-th, k = 1 … count, at the
-/// times k and k + 0.01.
-void write_images(const TemporaryFolder& folder, int count) {
-  fs::create_directories(folder / "rgb");
-  fs::create_directories(folder / "depth");
-  for (int k = 1; k <= count; ++k) {
-    const std::string number = std::to_string(k);
-    cv::imwrite((folder / ("rgb/" + number + ".5.png")).string(),
-                cv::Mat(4, 6, CV_8UC3, cv::Scalar(10 * k, 20, 30)));
-    cv::imwrite((folder / ("depth/" + number + ".51.png")).string(),
-                cv::Mat(4, 6, CV_16UC1, cv::Scalar(1000 * k)));
-  }
-  folder.write("camera.yaml", camera_yaml);
-}
 
 TEST(RgbdSequence, ReadsAssociations) {
   const TemporaryFolder folder;
@@ -199,88 +162,9 @@ TEST(RgbdSequence, RefusesFoldersWithoutASequence) {
                                       "max_time_difference_s = -1");
 }
 
-class BrokenImages : public ::testing::Test {
- protected:
-  BrokenImages() {
-    write_images(folder_, 2);
-    folder_.write("associations.txt",
-                  "1.5 rgb/1.5.png 1.51 depth/1.51.png\n2.5 rgb/2.5.png 2.51 depth/2.51.png\n");
-  }
-
-  void expect_unreadable(const std::string& message) {
-    const RgbdSequence sequence(folder_.path());
-    EXPECT_NO_THROW(sequence.read(0));
-    expect_error<std::runtime_error>([&] { sequence.read(1); }, message);
-  }
-
-  TemporaryFolder folder_;
-};
-
-TEST_F(BrokenImages, AreNamedWhenTruncated) {
-  for (const char* file : {"rgb/2.5.png", "depth/2.51.png"}) {
-    const std::string bytes = file_text(folder_ / file);
-    for (const std::size_t length :
-         {std::size_t{0}, std::size_t{7}, bytes.size() / 2, bytes.size() - 13, bytes.size() - 1}) {
-      folder_.write(file, bytes.substr(0, length));
-      expect_unreadable((folder_ / file).string() + ": cannot be ");
-    }
-    folder_.write(file, "no image at all");
-    expect_unreadable((folder_ / file).string() + ": cannot be decoded");
-    folder_.write(file, bytes);
-  }
-}
-
-TEST_F(BrokenImages, AreNoneIfDepthIsSmallerOrInMetresOrAtItsMaximum) {
-  const cv::Mat small = (cv::Mat_<std::uint16_t>(2, 3) << 1000, 65535, 3000, 65534, 0, 2500);
-  cv::imwrite((folder_ / "depth/2.51.png").string(), small);
-  const FrameView frame = RgbdSequence(folder_.path()).read(1);
-  EXPECT_EQ(frame.depth_m({0, 1}), 1.0);
-  EXPECT_EQ(frame.depth_m({2, 1}), std::nullopt);
-  EXPECT_EQ(frame.depth_m({5, 1}), 3.0);
-  EXPECT_EQ(frame.depth_m({1, 3}), 65.534);
-  EXPECT_EQ(frame.depth_m({4, 2}), 2.5);
-
-  const float inf = std::numeric_limits<float>::infinity();
-  const cv::Mat metres = (cv::Mat_<float>(2, 3) << 1.25F, inf, -inf, NAN, 0, 2.5F);
-  cv::Mat as_doubles;
-  metres.convertTo(as_doubles, CV_64F);
-  for (const cv::Mat& depth : {metres, as_doubles}) {
-    cv::imwrite((folder_ / "metres.tiff").string(), depth);
-    fs::rename(folder_ / "metres.tiff", folder_ / "depth/2.51.png");
-    const FrameView given = RgbdSequence(folder_.path()).read(1);
-    EXPECT_EQ(given.depth_m({1, 1}), 1.25);
-    EXPECT_EQ(given.depth_m({4, 3}), 2.5);
-    for (const cv::Point none : {cv::Point(2, 0), {4, 0}, {0, 3}, {3, 2}}) {
-      EXPECT_EQ(given.depth_m(none), std::nullopt);
-    }
-  }
-}
-
-TEST_F(BrokenImages, AreNamedWhenTypeOrSizeIsWrong) {
-  const std::string depth = (folder_ / "depth/2.51.png").string();
-  cv::imwrite(depth, cv::Mat(4, 6, CV_8UC1, cv::Scalar(3)));
-  expect_unreadable(depth + ": a depth image of type CV_8UC1; want CV_16UC1");
-  cv::imwrite(depth, cv::Mat(4, 6, CV_8UC3, cv::Scalar(3)));
-  expect_unreadable(depth + ": a depth image of type CV_8UC3");
-  cv::imwrite(depth, cv::Mat(4, 9, CV_16UC1, cv::Scalar(3)));
-  expect_unreadable(depth + ": 9x4 pixels, but " + (folder_ / "rgb/2.5.png").string());
-}
-
-TEST_F(BrokenImages, AreNamedWhenTheCameraDoesNotFit) {
-  folder_.write("camera.yaml", camera_yaml + std::string("Camera.width: 6\nCamera.height: 5\n"));
-  const RgbdSequence sequence(folder_.path());
-  expect_error<std::runtime_error>([&] { sequence.read(0); }, "camera.yaml says 6x5");
-}
-
-TEST_F(BrokenImages, FrameIndexOutOfRangeIsRefused) {
-  const RgbdSequence sequence(folder_.path());
-  expect_error<std::invalid_argument>([&] { sequence.entry(2); }, "frame 2; want a frame below 2");
-  expect_error<std::invalid_argument>([&] { sequence.read(2); }, "frame 2");
-}
-
 // --- Recorded sequences --------------------------------------------------------------------------
 
-class RgbdSequenceData : public testing::RecordedData {};
+class RgbdSequenceData : public RecordedData {};
 
 TEST_F(RgbdSequenceData, ReadsWalkingHalfsphere) {
   const fs::path folder = data("tum_fr3_walking_halfsphere_50");
@@ -299,5 +183,76 @@ TEST_F(RgbdSequenceData, ReadsWalkingHalfsphere) {
   }
 }
 
+// --- Association ---------------------------------------------------------------------------------
+
+using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
+
+/// Oracle: repeatedly takes the best pair of unused times until none is within the limit.
+Pairs associate_by_search(const std::vector<double>& a, const std::vector<double>& b,
+                          double max_difference_s) {
+  const auto micro = [](double s) { return std::llround(s * 1e6); };
+  std::vector<bool> a_used(a.size()), b_used(b.size());
+  Pairs pairs;
+  while (true) {
+    auto best = std::make_tuple(micro(max_difference_s) + 1, 0LL, 0LL);
+    std::pair<std::size_t, std::size_t> found(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      for (std::size_t j = 0; j < b.size(); ++j) {
+        if (a_used[i] || b_used[j]) continue;
+        const auto candidate =
+            std::make_tuple(std::abs(micro(a[i]) - micro(b[j])), micro(a[i]), micro(b[j]));
+        if (candidate < best) {
+          best = candidate;
+          found = {i, j};
+        }
+      }
+    }
+    if (found.first == a.size()) break;
+    a_used[found.first] = b_used[found.second] = true;
+    pairs.push_back(found);
+  }
+  std::sort(pairs.begin(), pairs.end(),
+            [&](const auto& p, const auto& q) { return a[p.first] < a[q.first]; });
+  return pairs;
+}
+
+std::vector<double> random_times(std::mt19937& random, int count, double step) {
+  std::vector<double> times;
+  for (int i = 0; i < count; ++i) {
+    // A coarse grid makes ties.
+    const double time = 1341846434 + step * static_cast<double>(random() % 200);
+    if (std::find(times.begin(), times.end(), time) == times.end()) times.push_back(time);
+  }
+  return times;
+}
+
+TEST(Associate, MatchesBruteForce) {
+  std::mt19937 random(11);
+  for (int trial = 0; trial < 300; ++trial) {
+    const double step = trial % 2 == 0 ? 0.005 : 0.000733;
+    const auto a = random_times(random, static_cast<int>(random() % 30), step);
+    const auto b = random_times(random, static_cast<int>(random() % 30), step);
+    const double limit = trial % 5 == 0 ? 0 : 0.02;
+    EXPECT_EQ(associate(a, b, limit), associate_by_search(a, b, limit)) << "trial " << trial;
+  }
+}
+
+TEST(Associate, PicksTheBestPairFirst) {
+  // 1.010 is nearer to the depth than 1.000 is, which then gets no partner.
+  EXPECT_EQ(associate({1.000, 1.010}, {1.011}, 0.02), (Pairs{{1, 0}}));
+  // A tie goes to the earlier time of the first list, then of the second.
+  EXPECT_EQ(associate({1.02, 1.00}, {1.01}, 0.02), (Pairs{{1, 0}}));
+  EXPECT_EQ(associate({1.01}, {1.02, 1.00}, 0.02), (Pairs{{0, 1}}));
+}
+
+TEST(Associate, RefusesInvalidTimesAndLimits) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  expect_error<std::invalid_argument>([&] { associate({nan}, {1}, 0.02); }, "finite times");
+  expect_error<std::invalid_argument>([&] { associate({1}, {1.4e18}, 0.02); }, "in seconds");
+  expect_error<std::invalid_argument>([&] { associate({1}, {1}, -1); }, "max_difference_s = -1");
+  expect_error<std::invalid_argument>([&] { associate({1}, {1}, nan); }, "max_difference_s = nan");
+  EXPECT_TRUE(associate({}, {}, 0.02).empty());
+}
+
 }  // namespace
-}  // namespace dynfilter
+}  // namespace dynfilter::testing

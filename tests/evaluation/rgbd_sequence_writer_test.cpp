@@ -3,28 +3,14 @@
 
 #include "dynfilter/evaluation/rgbd_sequence_writer.hpp"
 
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
-
-#include <gtest/gtest.h>
-
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/evaluation/trajectory.hpp"
-#include "support/expect_error.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/test.hpp"
 
-namespace dynfilter {
+namespace dynfilter::testing {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::expect_error;
-using testing::file_text;
-using testing::TemporaryFolder;
 
 constexpr double start_s = 1341846434.710184;
 
@@ -232,4 +218,4 @@ TEST(RgbdSequenceWriter, ReplacesASequenceOnRequestWhenFinished) {
 }
 
 }  // namespace
-}  // namespace dynfilter
+}  // namespace dynfilter::testing

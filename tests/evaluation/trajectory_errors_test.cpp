@@ -3,15 +3,10 @@
 
 #include "dynfilter/evaluation/trajectory_errors.hpp"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Eigenvalues>
-#include <cmath>
-#include <set>
-#include <tuple>
 
 #include "support/byte_source.hpp"
-#include "support/expect_error.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {

@@ -16,8 +16,8 @@
 
 #include "dynfilter/motion/motion_filter.hpp"
 #include "fuzz/report.hpp"
-#include "fuzz/texture.hpp"
 #include "support/filter_case.hpp"
+#include "support/scene_images.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -31,7 +31,7 @@ struct Shot {
 };
 
 cv::Mat image_of(ByteSource& source, int shift) {
-  static const cv::Mat wide = smooth_noise({2 * size.width, size.height});
+  static const cv::Mat1b wide = texture({2 * size.width, size.height}, 5);
   const int kind = source.between(0, 15);
   if (kind == 0) return {};
   if (kind == 1) return cv::Mat(size, CV_8UC1, cv::Scalar(source.byte()));
@@ -87,13 +87,6 @@ struct Rig {
   }
 };
 
-bool same(const FeatureLabels& a, const FeatureLabels& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) {
-    return x.removed == y.removed && x.reason == y.reason && x.score == y.score &&
-           x.instance == y.instance;
-  });
-}
-
 std::string check(const FeatureLabels& labels, const Shot& shot) {
   if (labels.size() != shot.features.size()) return "labels of other features";
   std::size_t removed = 0, restored = 0;
@@ -130,14 +123,15 @@ std::string filter(ByteSource& source) {
     const Shot shot = shot_of(source, timestamp_s, shift, step);
     const std::string complaint = check(rig.see(shot), shot);
     if (!complaint.empty()) return complaint;
-    if (is_twice && !same(rig.labels, twin.see(shot))) return "two filters disagree";
+    if (is_twice && !same_labels(rig.labels, twin.see(shot))) return "two filters disagree";
   }
   if (is_twice && !is_long) return {};
   Rig fresh(options);
   rig.filter.judge().reset();
   for (int i = 0; i < 2; ++i) {
     const Shot shot = shot_of(source, timestamp_s + i / 30.0, shift + i, step);
-    if (!same(rig.see(shot), fresh.see(shot))) return "a memory that was reset is not like new";
+    if (!same_labels(rig.see(shot), fresh.see(shot)))
+      return "a memory that was reset is not like new";
   }
   return {};
 }

@@ -16,8 +16,8 @@
 
 #include "dynfilter/segmenters/mask_propagator.hpp"
 #include "fuzz/report.hpp"
-#include "fuzz/texture.hpp"
 #include "support/byte_source.hpp"
+#include "support/scene_images.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -26,7 +26,7 @@ const cv::Size size(64, 48);
 
 /// Part of a wide texture, blank, or none.
 cv::Mat image_of(ByteSource& source, int shift) {
-  static const cv::Mat wide = smooth_noise({3 * size.width, size.height});
+  static const cv::Mat1b wide = texture({3 * size.width, size.height}, 5);
   const int kind = source.between(0, 15);
   if (kind == 0) return {};
   if (kind == 1) return cv::Mat(size, CV_8UC1, cv::Scalar(source.byte()));

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_FUZZ_REPORT_HPP
-#define DYNFILTER_TESTS_FUZZ_REPORT_HPP
+#pragma once
 
 #include <cstdio>
 #include <cstdlib>
@@ -18,5 +17,3 @@ inline int report(const std::string& complaint) {
 }
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_FUZZ_REPORT_HPP

@@ -3,11 +3,7 @@
 
 #include "io/frame_table.hpp"
 
-#include <algorithm>
-#include <cstddef>
-#include <string>
-
-#include <gtest/gtest.h>
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {

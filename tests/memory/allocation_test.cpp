@@ -1,29 +1,192 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The filter allocates nothing once it has seen a frame of that size. Every allocation counts:
-// operator new and the functions that OpenCV calls.
+// A failed allocation costs its own frame and nothing else; a warm filter allocates nothing.
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cstddef>
-#include <vector>
-
-#include "support/allocation_counter.hpp"
+#include "dynfilter/dynfilter.hpp"
+#include "dynfilter/motion/motion_judge.hpp"
+#include "dynfilter/plugin.hpp"
+#include "lab/scenes/scene_levels.hpp"
+#include "support/failing_allocations.hpp"
 #include "support/filter_case.hpp"
+#include "support/filter_property.hpp"
+#include "support/host_frame.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
 
-class Allocations : public ::testing::Test {
+/// Frame that takes all paths of its rule, chosen by `seed`.
+FilterCase busy_case(std::uint64_t seed, CompensationRule rule, int persons) {
+  ByteSource source(seed);
+  FilterCase input = arbitrary_case(source, {200, 150});
+  draw_rule(source, input, rule);
+  if (input.frame.depth.empty()) {
+    input.frame.depth = arbitrary_depth(source, {200, 150}, false);
+    input.frame.metres_per_unit = 1.0 / 5000;
+  }
+  input.segmentation.instances.clear();
+  for (int k = 0; k < persons; ++k) {
+    Instance person = Instance::from_box({5 + k, 5, 180, 140});
+    person.mask = cv::Mat(60, 60, CV_8UC1, cv::Scalar(255));
+    person.mask_origin = {10 + 5 * k, 20};
+    input.segmentation.instances.push_back(person);
+  }
+  for (int i = 0; i < 400; ++i) {
+    input.keypoints.emplace_back(static_cast<float>(source.between(-5, 205)),
+                                 static_cast<float>(source.between(-5, 155)), 31.0F);
+  }
+  return input;
+}
+
+/// Compares everything that a caller sees of a frame.
+void expect_same(const FeatureLabels& labels, const FeatureLabels& expected) {
+  EXPECT_TRUE(same_labels(labels, expected));
+  EXPECT_EQ(labels.statistics().masked, expected.statistics().masked);
+  EXPECT_EQ(labels.statistics().compensated, expected.statistics().compensated);
+  EXPECT_EQ(labels.statistics().restored, expected.statistics().restored);
+}
+
+class FailedAllocation : public ::testing::TestWithParam<CompensationRule> {
  protected:
-  void SetUp() override {
-    if (!can_count_allocations) {
-      GTEST_SKIP() << "allocations can only be counted with glibc and without sanitizers";
-    }
+  DynamicFilter filter(const FilterCase& input) const {
+    DynamicFilterOptions options = input.options;
+    options.compensator.rule = GetParam();
+    options.feature_floor.floor = 450;
+    return DynamicFilter(options);
   }
 };
+
+/// Filters a small frame, lets each allocation of a large one fail, and filters other frames.
+TEST_P(FailedAllocation, LeavesNoLabelsAndAUsableWorkspace) {
+  for (const int persons : {2, 12}) {
+    FilterCase small = busy_case(1, GetParam(), 1);
+    small.keypoints.resize(70);
+    const FilterCase large = busy_case(2, GetParam(), persons);
+    FilterCase middle = large;
+    middle.keypoints.resize(300);
+    const DynamicFilter by = filter(large);
+    const FeatureLabels of_large = by.apply(large.frame, large.segmentation, large.keypoints);
+    const FeatureLabels of_middle = by.apply(middle.frame, middle.segmentation, middle.keypoints);
+    ASSERT_GT(of_large.statistics().masked + of_large.statistics().restored, 0U);
+    const std::size_t failed = for_each_failing_allocation([&](std::size_t n) {
+      FeatureLabels labels;
+      Workspace workspace;
+      by.apply(small.frame, small.segmentation, small.keypoints, labels, workspace);
+      const bool did_fail = fails_at_allocation(n, [&] {
+        by.apply(large.frame, large.segmentation, large.keypoints, labels, workspace);
+      });
+      if (did_fail) {
+        EXPECT_TRUE(labels.empty()) << "after allocation " << n << " failed";
+        EXPECT_EQ(labels.statistics().removed() + labels.statistics().features, 0U);
+      } else {
+        expect_same(labels, of_large);
+      }
+      by.apply(middle.frame, middle.segmentation, middle.keypoints, labels, workspace);
+      expect_same(labels, of_middle);
+      by.apply(large.frame, large.segmentation, large.keypoints, labels, workspace);
+      expect_same(labels, of_large);
+      return did_fail;
+    });
+    EXPECT_GT(failed, 3U);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Rules, FailedAllocation,
+                         ::testing::Values(CompensationRule::depth, CompensationRule::paper,
+                                           CompensationRule::mask));
+
+TEST(FailedAllocationOfKeepStatic, LeavesTheColumnsUnchanged) {
+  const FilterCase input = busy_case(3, CompensationRule::mask, 2);
+  const FeatureLabels labels =
+      DynamicFilter().apply(input.frame, input.segmentation, input.keypoints);
+  ASSERT_GT(labels.statistics().removed(), 0U);
+  const auto rows = static_cast<int>(labels.size());
+  const std::size_t failed = for_each_failing_allocation([&](std::size_t n) {
+    std::vector<int> ids(labels.size(), 7);
+    cv::Mat descriptors(rows, 32, CV_8UC1, cv::Scalar(5));
+    const cv::Mat also_seen_by_others = descriptors;  // shared: rows move in a copy
+    const bool did_fail = fails_at_allocation(n, [&] { keep_static(labels, ids, descriptors); });
+    EXPECT_EQ(ids.size(), did_fail ? labels.size() : labels.statistics().kept());
+    EXPECT_EQ(descriptors.rows, static_cast<int>(ids.size()));
+    EXPECT_EQ(also_seen_by_others.rows, rows);
+    return did_fail;
+  });
+  EXPECT_GT(failed, 0U);
+}
+
+using PluginAllocations = PluginTest;
+
+/// A host's frame is unchanged if an allocation fails inside Plugin::filter, and the next call is
+/// right.
+TEST_F(PluginAllocations, FailedOneLeavesTheFrameUnchanged) {
+  const HostFrame frame(0);
+  HostColumns filtered(frame);
+  Plugin(settings())
+      .filter(frame.timestamp_s, frame.depth, filtered.keypoints, filtered.descriptors);
+  ASSERT_LT(filtered.keypoints.size(), frame.keypoints.size());
+  const std::size_t failed = for_each_failing_allocation([&](const std::size_t n) {
+    SCOPED_TRACE(n);
+    Plugin plugin(settings());
+    HostColumns columns(frame);
+    const cv::Mat shared = columns.descriptors;  // a second header, so that rows move into a copy
+    const auto filter = [&] {
+      plugin.filter(frame.timestamp_s, frame.depth, columns.keypoints, columns.descriptors);
+    };
+    bool is_done = false;
+    const bool one_failed = fails_at_allocation(n, [&] {
+      try {
+        filter();
+        is_done = true;
+      } catch (const std::runtime_error& error) {  // decoding of an image failed
+        EXPECT_NE(std::string(error.what()).find("cannot be"), std::string::npos);
+      }
+    });
+    if (!is_done) {
+      expect_equal(columns, HostColumns(frame));
+      EXPECT_EQ(plugin.counters().filtered, 0U);
+      filter();
+    }
+    expect_equal(columns, filtered);
+    EXPECT_EQ(plugin.counters().filtered, 1U);
+    return one_failed && !HasFailure();
+  });
+  EXPECT_GT(failed, 10U);
+}
+
+struct alignas(64) Aligned {
+  char bytes[64];
+};
+
+TEST(FailingAllocations, EachAllocationOfACallFailsOnce) {
+  std::vector<int> steps;
+  const std::size_t failed = for_each_failing_allocation([&](const std::size_t n) {
+    int step = 0;
+    std::vector<int> numbers;  // outside the call, else compilers may remove them
+    std::unique_ptr<Aligned> aligned;
+    const bool one_failed = fails_at_allocation(n, [&] {
+      numbers.resize(10);
+      step = 1;
+      aligned = std::make_unique<Aligned>();
+      step = 2;
+      const cv::Mat matrix(4, 4, CV_8UC1);
+      step = 3;
+    });
+    steps.push_back(step);
+    return one_failed;
+  });
+  EXPECT_EQ(failed, 3u);
+  EXPECT_EQ(steps, (std::vector<int>{0, 1, 2, 3}));
+}
+
+TEST(FailingAllocations, NothingFailsOutsideTheCall) {
+  EXPECT_FALSE(
+      fails_at_allocation(9, [] { static_cast<void>(cv::Mat(4, 4, CV_8UC1).isContinuous()); }));
+  EXPECT_NO_THROW(std::vector<int>(10));
+  EXPECT_NO_THROW(cv::Mat(4, 4, CV_8UC1));
+}
+
+// --- A warm filter allocates nothing -------------------------------------------------------------
 
 template <class Action>
 std::size_t allocations_of(const Action& action) {
@@ -54,7 +217,7 @@ FilterCase full_size_case(std::uint64_t seed) {
   return input;
 }
 
-TEST_F(Allocations, CounterSeesEveryKindOfAllocation) {
+TEST(Allocations, CounterSeesEveryKindOfAllocation) {
   // Volatile, so that the compiler cannot remove the allocation.
   const void* volatile seen = nullptr;
   EXPECT_GE(allocations_of([&] {
@@ -104,7 +267,7 @@ void expect_steady_state_without_allocations(CompensationRule rule, bool by_colu
   }
 }
 
-TEST_F(Allocations, FilterAllocatesNothingInSteadyState) {
+TEST(Allocations, FilterAllocatesNothingInSteadyState) {
   for (const CompensationRule rule :
        {CompensationRule::depth, CompensationRule::paper, CompensationRule::mask}) {
     SCOPED_TRACE(static_cast<int>(rule));
@@ -113,7 +276,7 @@ TEST_F(Allocations, FilterAllocatesNothingInSteadyState) {
   }
 }
 
-TEST_F(Allocations, StereoDepthsAllocateNothingInSteadyState) {
+TEST(Allocations, StereoDepthsAllocateNothingInSteadyState) {
   cv::Mat image(480, 640, CV_8UC1);
   cv::randu(image, 0, 256);
   const StereoPair pair{image, image, 40};
@@ -134,13 +297,54 @@ TEST_F(Allocations, StereoDepthsAllocateNothingInSteadyState) {
   EXPECT_LT(std::count(depths_m.begin(), depths_m.end(), 0.F), 900);
 }
 
-TEST_F(Allocations, KeepStaticAllocatesNothingForUnsharedColumns) {
+TEST(Allocations, KeepStaticAllocatesNothingForUnsharedColumns) {
   FilterCase input = full_size_case(1);
   const FeatureLabels labels =
       DynamicFilter().apply(input.frame, input.segmentation, input.keypoints);
   cv::Mat descriptors = cv::Mat::zeros(1000, 32, CV_8UC1);
   EXPECT_EQ(allocations_of([&] { keep_static(labels, input.keypoints, descriptors); }), 0U);
   EXPECT_LT(descriptors.rows, 1000);
+}
+
+// --- A warm judge allocates no more than OpenCV does in the calls that track ---------------------
+
+TEST(Allocations, OfTheMotionJudgeAreThoseOfOpenCv) {
+  cv::setNumThreads(1);
+  SyntheticSceneOptions options = scene_level("medium", 12);
+  options.image_size = {480, 360};
+  const SyntheticScene scene(options);
+  const CameraParameters c = scene.camera();
+  MotionJudge judge({c.fx, c.fy, c.cx, c.cy});
+  const Pipeline<MaskCuller, Compensator> filter{MaskCuller(), Compensator()};
+  Workspace workspace;
+  FeatureLabels labels;
+  cv::Mat1b now, half, quarter;
+  constexpr std::size_t warm = 16;
+  int compared = 0;
+  for (std::size_t i = 0; i < 22; ++i) {
+    const SyntheticFrame shot = scene.render(static_cast<int>(i % 11));
+    FrameView frame = shot.frame;
+    frame.timestamp_s = 1 + 0.04 * static_cast<double>(i);
+    cv::Mat grey;
+    std::vector<cv::Point2f> corners;
+    cv::cvtColor(frame.image, grey, cv::COLOR_BGR2GRAY);
+    cv::goodFeaturesToTrack(grey, corners, 500, 1e-3, 6);
+    filter.apply(frame, shot.true_segmentation, corners, labels, workspace);
+    const std::size_t of_judge = allocations_of([&] {
+      judge({frame, shot.true_segmentation, corners}, labels, workspace);
+    });
+    const MotionOutcome outcome = labels.statistics().motion.outcome;
+    const std::size_t of_opencv = allocations_of([&] {
+      cv::cvtColor(frame.image, now, cv::COLOR_BGR2GRAY);
+      cv::pyrDown(now, half);
+      cv::pyrDown(half, quarter);
+    });
+    if (i >= warm && outcome == MotionOutcome::applied) {
+      EXPECT_LE(of_judge, of_opencv) << i;
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 0);
 }
 
 }  // namespace

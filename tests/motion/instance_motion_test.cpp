@@ -3,10 +3,7 @@
 
 #include "motion/instance_motion.hpp"
 
-#include <optional>
-#include <vector>
-
-#include <gtest/gtest.h>
+#include "support/test.hpp"
 
 namespace dynfilter::detail {
 namespace {

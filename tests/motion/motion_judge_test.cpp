@@ -3,22 +3,12 @@
 
 #include "dynfilter/motion/motion_judge.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <functional>
-#include <stdexcept>
-#include <thread>
-#include <vector>
-
-#include <gtest/gtest.h>
-
 #include "dynfilter/dynfilter.hpp"
 #include "dynfilter/motion/motion_filter.hpp"
 #include "lab/scenes/scene_levels.hpp"
 #include "motion/motion_frame.hpp"
-#include "support/expect_error.hpp"
 #include "support/motion_rig.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -111,7 +101,7 @@ TEST(MotionJudge, FindsPeopleWithoutMasks) {
 
 TEST(MotionJudge, GivesTheSameAnswerToTheSameFrames) {
   Rig one, other;
-  for (const Shot& shot : shots(0.5)) EXPECT_TRUE(are_equal(one.see(shot), other.see(shot)));
+  for (const Shot& shot : shots(0.5)) EXPECT_TRUE(same_labels(one.see(shot), other.see(shot)));
 }
 
 TEST(MotionJudge, DoesNotDependOnTheOrderOfTheFeatures) {
@@ -140,7 +130,7 @@ TEST(MotionJudge, StartsAnewAfterACut) {
     if (i == 5) {
       EXPECT_EQ(labels.statistics().motion.outcome, MotionOutcome::started);
     }
-    EXPECT_TRUE(are_equal(labels, want)) << i;
+    EXPECT_TRUE(same_labels(labels, want)) << i;
   }
 }
 
@@ -158,7 +148,7 @@ TEST(MotionJudge, StartsAnewWhereTimeJumps) {
       if (i == 5) {
         EXPECT_EQ(labels.statistics().motion.outcome, MotionOutcome::started);
       }
-      EXPECT_TRUE(are_equal(labels, want)) << jump_s << ' ' << i;
+      EXPECT_TRUE(same_labels(labels, want)) << jump_s << ' ' << i;
     }
   }
 }
@@ -196,14 +186,7 @@ TEST(MotionJudge, NeedsDepthOrAKnownPose) {
   for (int i = 0; i < 6; ++i) {
     Shot shot = shots(0.5)[static_cast<std::size_t>(i)];
     shot.rendered.frame.depth.release();
-    if (i > 0) {
-      const CameraPose now = scene.pose(i), then = scene.pose(i - 1);
-      PosePrior prior;
-      prior.pose = {then.rotation.t() * now.rotation,
-                    then.rotation.t() * (now.translation - then.translation)};
-      prior.is_trusted = true;
-      guided.judge.expect_motion(prior);
-    }
+    if (i > 0) guided.judge.expect_motion(exact_prior(scene, i));
     const FeatureLabels without = blind.see_without_masks(shot);
     const FeatureLabels with = guided.see_without_masks(shot);
     const MotionOutcome first = MotionOutcome::started;
@@ -280,7 +263,7 @@ TEST(MotionJudge, LeavesOtherInstancesAlone) {
     more.instances.back().mask = cv::Mat(120, 90, CV_8UC1, cv::Scalar(255));
     more.instances.push_back(Instance::from_box({300, 20, 50, 60}, 0, 0.9F));
     const FeatureLabels labels = rig.see(shot.rendered.frame, more, shot.keypoints);
-    EXPECT_TRUE(are_equal(labels, alone.see(shot))) << i;
+    EXPECT_TRUE(same_labels(labels, alone.see(shot))) << i;
     EXPECT_EQ(labels.statistics().instances.size(), more.instances.size());
   }
 }
@@ -391,7 +374,7 @@ TEST_F(TwoCameras, AreJudgedInTwoThreadsAsAlone) {
   in_two_threads([&](std::size_t camera) { got[camera] = judged(scene(camera)); });
   for (std::size_t camera = 0; camera < 2; ++camera) {
     for (std::size_t i = 0; i < seen_frames; ++i) {
-      EXPECT_TRUE(are_equal(got[camera][i], want[camera][i])) << camera << ", frame " << i;
+      EXPECT_TRUE(same_labels(got[camera][i], want[camera][i])) << camera << ", frame " << i;
     }
   }
 }

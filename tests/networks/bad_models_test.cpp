@@ -3,19 +3,11 @@
 
 // Models and options that the segmenters refuse.
 
-#include <cstddef>
-#include <filesystem>
-#include <stdexcept>
-#include <string>
-#include <utility>
-
-#include <gtest/gtest.h>
 #include <opencv2/dnn.hpp>
 
 #include "dynfilter/networks/network_segmenter.hpp"
 #include "models.hpp"
-#include "support/expect_error.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {

@@ -1,16 +1,11 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_NETWORKS_DETECTION_CHECKS_HPP
-#define DYNFILTER_TESTS_NETWORKS_DETECTION_CHECKS_HPP
-
-#include <algorithm>
-#include <cstddef>
-#include <vector>
-
-#include <gtest/gtest.h>
+#pragma once
 
 #include "networks/detections.hpp"
+
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 
@@ -76,5 +71,3 @@ inline std::vector<detail::Detection> picked(std::vector<detail::Detection> rows
 }
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_NETWORKS_DETECTION_CHECKS_HPP

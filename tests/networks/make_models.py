@@ -344,52 +344,35 @@ def yolact(folder, name, priors_per_cell=3, softmax=True, channels_last=True, pr
 # --- Models that are refused ----------------------------------------------------------------------
 
 
-def small(channels=3):
-    graph = Graph()
-    return graph, graph.mean_over_cells(8, np.ones((channels, 3)), np.zeros(channels))
-
-
 def bad(folder):
-    graph, cells = small()
-    graph.output(graph.node("Frobnicate", [cells]), "output0", [1, 3, 8, 8])
-    graph.save(folder, "bad_operator")
+    def small(name, change=lambda graph, cells: cells, shape=(1, 3, 8, 8), **options):
+        """Saves a model of one layer, changed."""
+        graph = Graph()
+        cells = graph.mean_over_cells(8, np.ones((3, 3)), np.zeros(3))
+        graph.output(change(graph, cells), "output0", list(shape))
+        graph.save(folder, name, **options)
 
-    graph, cells = small()
-    graph.output(graph.reshape(cells, [1, 3, 4, 16]), "output0", [1, 3, 4, 16])
-    graph.save(folder, "bad_outputs")
+    def of_input(shape, *more):
+        def change(graph, cells):
+            graph.inputs = [helper.make_tensor_value_info("images", TensorProto.FLOAT, shape), *more]
+            return graph.node("Add", [cells, more[0].name]) if more else cells
 
-    graph, cells = small()
-    graph.inputs = [helper.make_tensor_value_info("images", TensorProto.FLOAT, [2, 3, SIDE, SIDE])]
-    graph.output(cells, "output0", [2, 3, 8, 8])
-    graph.save(folder, "bad_batch")
+        return change
 
-    graph, cells = small()
-    graph.inputs.append(helper.make_tensor_value_info("more", TensorProto.FLOAT, [1, 3, 8, 8]))
-    graph.output(graph.node("Add", [cells, "more"]), "output0", [1, 3, 8, 8])
-    graph.save(folder, "bad_inputs")
+    def deformed(graph, cells):  # YOLACT++ has such layers
+        graph.domains = ["yolact"]
+        return graph.node("DCNv2", [cells], domain="yolact")
 
-    graph, cells = small()
-    graph.inputs = [helper.make_tensor_value_info("images", TensorProto.FLOAT, [1, 1, 8, 8])]
-    graph.output(cells, "output0", [1, 3, 8, 8])
-    graph.save(folder, "bad_channels")
-
-    graph, cells = small()  # YOLACT++ has such layers
-    graph.domains = ["yolact"]
-    graph.output(graph.node("DCNv2", [cells], domain="yolact"), "output0", [1, 3, 8, 8])
-    graph.save(folder, "bad_deformable")
-
-    for name, keep in [("external", True), ("external_absent", False)]:
-        graph, cells = small()
-        graph.output(cells, "output0", [1, 3, 8, 8])
-        graph.save(
-            folder,
-            name,
-            save_as_external_data=True,
-            location=name + ".weights",
-            size_threshold=0,
-        )
-        if not keep:
-            os.remove(os.path.join(folder, name + ".weights"))
+    second = helper.make_tensor_value_info("more", TensorProto.FLOAT, [1, 3, 8, 8])
+    small("bad_operator", lambda graph, cells: graph.node("Frobnicate", [cells]))
+    small("bad_outputs", lambda graph, cells: graph.reshape(cells, [1, 3, 4, 16]), (1, 3, 4, 16))
+    small("bad_batch", of_input([2, 3, SIDE, SIDE]), (2, 3, 8, 8))
+    small("bad_inputs", of_input([1, 3, SIDE, SIDE], second))
+    small("bad_channels", of_input([1, 1, 8, 8]))
+    small("bad_deformable", deformed)
+    for name in ("external", "external_absent"):
+        small(name, save_as_external_data=True, location=name + ".weights", size_threshold=0)
+    os.remove(os.path.join(folder, "external_absent.weights"))
 
 
 def main():

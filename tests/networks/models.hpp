@@ -3,16 +3,11 @@
 
 // Models that make_models.py writes, and images for them.
 
-#ifndef DYNFILTER_TESTS_NETWORKS_MODELS_HPP
-#define DYNFILTER_TESTS_NETWORKS_MODELS_HPP
-
-#include <filesystem>
-#include <string>
-
-#include <gtest/gtest.h>
-#include <opencv2/core.hpp>
+#pragma once
 
 #include "dynfilter/frame.hpp"
+
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 
@@ -46,5 +41,3 @@ inline FrameView frame_of(const cv::Mat& image) {
 inline cv::Mat black_image(cv::Size size) { return {size, CV_8UC3, cv::Scalar::all(0)}; }
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_NETWORKS_MODELS_HPP

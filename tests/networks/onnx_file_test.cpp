@@ -5,18 +5,9 @@
 
 #include "networks/onnx_file.hpp"
 
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <stdexcept>
-#include <string>
-#include <vector>
-
-#include <gtest/gtest.h>
-
+#include "networks/class_names.hpp"
 #include "networks/tensors.hpp"
-#include "support/expect_error.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::detail {
 namespace {
@@ -109,6 +100,32 @@ TEST_F(OnnxFiles, RefusesHugeFilesUnread) {
   expect_error<std::runtime_error>(
       [&] { read_onnx_file(file); },
       file.string() + ": is no ONNX model: got 1099511627776 bytes; want at most");
+}
+
+// --- Names of classes ----------------------------------------------------------------------------
+
+using Names = std::vector<std::string>;
+
+TEST(ClassNames, AreReadAsUltralyticsWritesThem) {
+  EXPECT_EQ(parse_class_names("{0: 'person', 1: \"child's toy\"}"),
+            (Names{"person", "child's toy"}));
+  EXPECT_EQ(parse_class_names(" { 0:'a' ,1 : 'it\\'s' } "), (Names{"a", "it's"}));
+  std::string text = "{";
+  Names names;
+  for (int k = 0; k < 12; ++k) {
+    names.push_back("class " + std::to_string(k));
+    text += (k == 0 ? "" : ", ") + std::to_string(k) + ": '" + names.back() + "'";
+  }
+  EXPECT_EQ(parse_class_names(text + "}"), names);
+}
+
+TEST(ClassNames, AreNoneInAnyOtherText) {
+  for (const char* text :
+       {"", "{", "{}", "person", "0: 'a'", "{0: 'a'", "{0: 'a'} b", "{0 'a'}", "{0: a}", "{0: 'a}",
+        "{1: 'a'}", "{: 'a'}", "{0: 'a', 2: 'b'}", "{0: 'a', 0: 'b'}", "{0: 'a', 11: 'b'}",
+        "{x: 'a'}", "{0: 'a',}", "['a', 'b']"}) {
+    EXPECT_TRUE(parse_class_names(text).empty()) << text;
+  }
 }
 
 }  // namespace

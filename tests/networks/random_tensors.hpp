@@ -3,8 +3,7 @@
 
 // Tensors for tests of decoders, hand-made and random.
 
-#ifndef DYNFILTER_TESTS_NETWORKS_RANDOM_TENSORS_HPP
-#define DYNFILTER_TESTS_NETWORKS_RANDOM_TENSORS_HPP
+#pragma once
 
 #include <random>
 #include <string>
@@ -56,5 +55,3 @@ inline cv::Mat count_last(const cv::Mat& data) {
 }
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_NETWORKS_RANDOM_TENSORS_HPP

@@ -4,8 +4,7 @@
 // Names that the recipes of other_hosts/README.md and orb_slam/README.md presume: variables of the
 // reader, and the hosts' names, declared only as far as the recipes use them.
 
-#ifndef DYNFILTER_TESTS_OTHER_HOSTS_RECIPES_HPP
-#define DYNFILTER_TESTS_OTHER_HOSTS_RECIPES_HPP
+#pragma once
 
 #include <array>
 #include <optional>
@@ -114,5 +113,3 @@ struct Recipes {
   std::vector<int> ids, track_cnt;
   cv::Mat mask;
 };
-
-#endif  // DYNFILTER_TESTS_OTHER_HOSTS_RECIPES_HPP

@@ -4,8 +4,6 @@
 // Labels of noexcept, at compile time: hosts keep these objects in containers, which move them only
 // if a move cannot fail.
 
-#include <gtest/gtest.h>
-
 #include <type_traits>
 
 #include "dynfilter/evaluation/rgbd_sequence_writer.hpp"
@@ -19,8 +17,9 @@
 #include "dynfilter/segmenters/remote_segmenter.hpp"
 #endif
 #include "dynfilter/workspace.hpp"
+#include "support/test.hpp"
 
-namespace dynfilter {
+namespace dynfilter::testing {
 namespace {
 
 template <class Type>
@@ -50,4 +49,4 @@ static_assert(std::is_nothrow_move_assignable_v<Workspace>);
 TEST(NothrowMoves, AreCheckedByTheCompiler) { SUCCEED(); }
 
 }  // namespace
-}  // namespace dynfilter
+}  // namespace dynfilter::testing

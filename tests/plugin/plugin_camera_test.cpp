@@ -5,13 +5,7 @@
 
 #include "plugin/plugin_settings.hpp"
 
-#include <stdexcept>
-#include <string>
-
-#include <gtest/gtest.h>
-
-#include "support/expect_error.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::detail {
 namespace {

@@ -6,16 +6,9 @@
 
 #include "dynfilter/plugin.hpp"
 
-#include <gtest/gtest.h>
-
-#include <fstream>
-#include <stdexcept>
-#include <string>
-#include <utility>
-
 #include "dynfilter/dynfilter.hpp"
-#include "support/expect_error.hpp"
 #include "support/host_frame.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {

@@ -5,19 +5,8 @@
 
 #include "dynfilter/plugin.hpp"
 
-#include <gtest/gtest.h>
-
-#include <chrono>
-#include <cmath>
-#include <cstddef>
-#include <filesystem>
-#include <stdexcept>
-#include <string>
-#include <thread>
-#include <vector>
-
-#include "support/expect_error.hpp"
 #include "support/host_frame.hpp"
+#include "support/test.hpp"
 #if defined(__linux__)
 #include "support/remote_peer.hpp"
 #endif
@@ -114,12 +103,15 @@ TEST_F(PluginTest, UsesMasksFromAnotherProcess) {
   }
 }
 
+/// Answers with the masks of frame 2, whatever the frame.
+bool answer_with_frame_2(const PeerSocket& socket, const ReceivedFrame& frame) {
+  HostFrame known(2);
+  known.segmentation.frame_id = frame.id;
+  return socket.send(reply(frame.request, known.segmentation));
+}
+
 TEST_F(PluginTest, AsyncNamesAFrameThatWasNeverSubmitted) {
-  const RemotePeer peer(path("socket"), [](const PeerSocket& socket, const ReceivedFrame& frame) {
-    HostFrame known(2);
-    known.segmentation.frame_id = frame.id;
-    return socket.send(reply(frame.request, known.segmentation));
-  });
+  const RemotePeer peer(path("socket"), answer_with_frame_2);
   Plugin usual(settings());
   Plugin plugin(raw_settings(remote_settings(path("socket")) + "dynfilter.async: \"wait\"\n"));
   submit(plugin, 2);
@@ -129,11 +121,7 @@ TEST_F(PluginTest, AsyncNamesAFrameThatWasNeverSubmitted) {
 }
 
 TEST_F(PluginTest, AsyncLatestTakesMasksOfAnotherFrame) {
-  const RemotePeer peer(path("socket"), [](const PeerSocket& socket, const ReceivedFrame& frame) {
-    HostFrame known(2);
-    known.segmentation.frame_id = frame.id;
-    return socket.send(reply(frame.request, known.segmentation));
-  });
+  const RemotePeer peer(path("socket"), answer_with_frame_2);
   Plugin plugin(raw_settings(remote_settings(path("socket")) + "dynfilter.async: \"latest\"\n"));
   submit(plugin, 2);
   const std::size_t all = HostFrame(3).keypoints.size();

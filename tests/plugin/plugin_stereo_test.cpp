@@ -3,20 +3,10 @@
 
 // Tests the plugin in hosts that know the depth of features, but have no depth image.
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cstddef>
-#include <stdexcept>
-#include <string>
-#include <vector>
-
-#include <opencv2/imgproc.hpp>
-
 #include "dynfilter/dynfilter.hpp"
 #include "dynfilter/plugin.hpp"
-#include "support/expect_error.hpp"
 #include "support/host_frame.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {

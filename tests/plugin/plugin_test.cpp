@@ -3,24 +3,10 @@
 
 #include "dynfilter/plugin.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <string>
-#include <tuple>
-#include <utility>
-#include <vector>
-
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
-
 #include "dynfilter/dynfilter.hpp"
-#include "support/expect_error.hpp"
 #include "support/filter_property.hpp"
 #include "support/host_frame.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -226,8 +212,7 @@ TEST_F(PluginTest, NamesMalformedInput) {
 }
 
 TEST_F(PluginTest, RecordsFramesAndOverlaysOnRequest) {
-  Plugin plugin(settings("dynfilter.output_folder: \"" + path("out").string() +
-                         "\"\ndynfilter.overlay_every: 3\n"));
+  Plugin plugin(settings(recording("out", 3)));
   for (int i = 0; i < frames; ++i) {
     HostFrame frame(i);
     submit_and_filter(plugin, frame);
@@ -256,8 +241,7 @@ TEST_F(PluginTest, TakesImagesOfEveryOrderOfColours) {
                                                                   {"not told", rgb, ""}};
   std::vector<std::vector<uchar>> overlays;
   for (const auto& [name, image, lines] : images) {
-    Plugin plugin(settings("dynfilter.output_folder: \"" + path(name).string() +
-                           "\"\ndynfilter.overlay_every: 1\n" + lines));
+    Plugin plugin(settings(recording(name, 1) + lines));
     HostFrame frame(0);
     const cv::Mat before = image.clone();
     plugin.submit(image, frame.timestamp_s);

@@ -4,20 +4,9 @@
 // Thousands of frames through every HandOver, with delays on either side, networks that throw, and
 // destruction in mid-run. Meant to run under the sanitizers too.
 
-#include <gtest/gtest.h>
-
-#include <atomic>
-#include <chrono>
-#include <cstdint>
-#include <memory>
-#include <optional>
-#include <random>
-#include <stdexcept>
-#include <string>
-#include <thread>
-#include <vector>
-
 #include "dynfilter/segmenters/async_segmenter.hpp"
+
+#include "support/test.hpp"
 
 namespace dynfilter {
 namespace {
@@ -167,50 +156,32 @@ TEST(AsyncSegmenterStress, WaitLosesNoFrameAndKeepsTheOrder) {
   EXPECT_EQ(host.thrown.size(), trace.failed);
 }
 
-TEST(AsyncSegmenterStress, LatestNeverGoesBack) {
+class MayLackMasks : public ::testing::TestWithParam<HandOver> {};
+
+TEST_P(MayLackMasks, MasksBelongToTheFrameOrNeverGoBack) {
+  const bool is_latest = GetParam() == HandOver::latest;
   Trace trace;
-  Host host(trace, options_of(HandOver::latest));
+  Host host(trace, options_of(GetParam()));
   std::uint64_t last_masks = 0, with_masks = 0;
   for (std::uint64_t id = 0; id < cycles; ++id) {
     host.submit(id);
     dawdle(hash_of(id));
+    if (!is_latest && id % 3 == 2) continue;
     const std::optional<Segmentation> masks = host.collect(id);
     if (!masks) continue;
     expect_sound(*masks);
-    ASSERT_GE(masks->frame_id, last_masks);
     ASSERT_LE(masks->frame_id, id);
+    ASSERT_GE(masks->frame_id, is_latest ? last_masks : id);
     last_masks = masks->frame_id;
     ++with_masks;
   }
-  EXPECT_GT(with_masks, cycles / 10);  // on a busy machine the worker seldom has its turn
+  EXPECT_GT(with_masks, cycles / 100);  // on a busy machine the worker seldom has its turn
   expect_consistent(host, trace);
 }
 
-class OwnMasksOnly : public ::testing::TestWithParam<HandOver> {};
-
-TEST_P(OwnMasksOnly, MasksBelongToTheFrame) {
-  Trace trace;
-  Host host(trace, options_of(GetParam()));
-  std::uint64_t with_masks = 0;
-  for (std::uint64_t id = 0; id < cycles; ++id) {
-    host.submit(id);
-    dawdle(hash_of(id));
-    if (id % 3 == 2) continue;
-    const std::optional<Segmentation> masks = host.collect(id);
-    if (!masks) continue;
-    ASSERT_EQ(masks->frame_id, id);
-    expect_sound(*masks);
-    ++with_masks;
-  }
-  EXPECT_GT(with_masks, cycles / 100);
-  expect_consistent(host, trace);
-}
-
-INSTANTIATE_TEST_SUITE_P(AsyncSegmenterStress, OwnMasksOnly,
-                         ::testing::Values(HandOver::limited_wait, HandOver::drop),
-                         [](const auto& test) {
-                           return test.param == HandOver::drop ? "drop" : "limited_wait";
-                         });
+INSTANTIATE_TEST_SUITE_P(AsyncSegmenterStress, MayLackMasks,
+                         ::testing::Values(HandOver::limited_wait, HandOver::drop,
+                                           HandOver::latest));
 
 TEST(AsyncSegmenterStress, SurvivesDestructionAndRestartMidRun) {
   for (const HandOver hand_over :

@@ -3,23 +3,12 @@
 
 #include "dynfilter/segmenters/depth_offset_estimator.hpp"
 
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <stdexcept>
-#include <vector>
-
-#include <gtest/gtest.h>
-#include <opencv2/imgproc.hpp>
-
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
-#include "support/expect_error.hpp"
+#include "support/test.hpp"
 #include "support/test_data.hpp"
 
-namespace dynfilter {
+namespace dynfilter::testing {
 namespace {
-
-using testing::expect_error;
 
 constexpr double period_s = 1.0 / 30;
 
@@ -37,16 +26,12 @@ cv::Mat draw(const cv::Rect2d& at, int type, double inside, double outside) {
 }
 
 /// Frame whose depth shows the scene `late` frames earlier.
-FrameView swinging(int i, double late, int depth_type = CV_16UC1) {
+FrameView swinging(int i, double late) {
   FrameView frame;
   frame.timestamp_s = i * period_s;
   frame.image = draw(board(i), CV_8UC3, 200, 60);
-  if (depth_type == CV_16UC1) {
-    frame.depth = draw(board(i - late), CV_16UC1, 5000, 15000);
-    frame.metres_per_unit = 1.0 / 5000;
-  } else {
-    frame.depth = draw(board(i - late), CV_32FC1, 1, 3);
-  }
+  frame.depth = draw(board(i - late), CV_16UC1, 5000, 15000);
+  frame.metres_per_unit = 1.0 / 5000;
   return frame;
 }
 
@@ -166,7 +151,7 @@ TEST(DepthOffsetEstimator, RefusesMalformedFrames) {
       "depth_timestamp_s = inf");
 }
 
-class DepthOffsetData : public testing::RecordedData {
+class DepthOffsetData : public RecordedData {
  protected:
   DepthOffset offset_of(const char* name) const {
     const RgbdSequence sequence(data(name));
@@ -190,4 +175,4 @@ TEST_F(DepthOffsetData, FindsTheCompositesOffsets) {
 }
 
 }  // namespace
-}  // namespace dynfilter
+}  // namespace dynfilter::testing

@@ -3,20 +3,8 @@
 
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 
-#include <cstddef>
-#include <filesystem>
-#include <limits>
-#include <stdexcept>
-#include <string>
-#include <vector>
-
-#include <gtest/gtest.h>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
-
-#include "support/expect_error.hpp"
 #include "support/mask_folder.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/test.hpp"
 #include "support/test_data.hpp"
 
 namespace dynfilter::testing {
@@ -251,10 +239,9 @@ TEST(MaskFolderSegmenter, RefusesNumbersForTimes) {
                             {"7.png", "8.png", "6.png"}}) {
     const TemporaryFolder folder;
     for (const char* name : names) write_mask(folder, std::string(name) + ".png", some_labels());
-    MaskFolderOptions options;
-    options.allow_missing = true;
-    expect_error<std::runtime_error>([&] { MaskFolderSegmenter(folder.path(), options); },
-                                     "look numbered; want names by the frames' times");
+    expect_error<std::runtime_error>(
+        [&] { MaskFolderSegmenter(folder.path(), allowing_missing()); },
+        "look numbered; want names by the frames' times");
   }
 }
 
@@ -262,9 +249,7 @@ TEST(MaskFolderSegmenter, SaysWhatAFolderHoldsInPlaceOfMasks) {
   const TemporaryFolder folder;
   for (const char* name : {"1.jpg", "2.JPG", "3.npy"}) folder.write(name, "");
   fs::create_directory(folder / "person");
-  MaskFolderOptions options;
-  options.allow_missing = true;
-  expect_error<std::runtime_error>([&] { MaskFolderSegmenter(folder.path(), options); },
+  expect_error<std::runtime_error>([&] { MaskFolderSegmenter(folder.path(), allowing_missing()); },
                                    "directly in it, but 2 .jpg files and 1 .npy file and 1 folder");
 }
 

@@ -3,28 +3,23 @@
 
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 
-#include <cstddef>
-#include <filesystem>
-#include <limits>
-#include <memory>
-#include <random>
-#include <stdexcept>
-#include <string>
-#include <vector>
-
-#include <gtest/gtest.h>
-#include <opencv2/imgcodecs.hpp>
-
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
-#include "support/child_process.hpp"
-#include "support/expect_error.hpp"
 #include "support/mask_folder.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/process.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Segmentation without instances.
+Segmentation nobody_at(double timestamp_s) {
+  Segmentation segmentation;
+  segmentation.timestamp_s = timestamp_s;
+  segmentation.image_size = {8, 6};
+  return segmentation;
+}
 
 /// Disjoint instances with random pixels, so that a label map can hold them.
 Segmentation random_segmentation(std::mt19937& random, int count, double timestamp_s) {
@@ -85,9 +80,7 @@ TEST(MaskFolderWriter, RoundTripKeepsEveryInstance) {
 TEST(MaskFolderWriter, WritesTheDocumentedFormat) {
   const TemporaryFolder folder;
   MaskFolderWriter writer(folder.path());
-  Segmentation segmentation;
-  segmentation.timestamp_s = 12.5;
-  segmentation.image_size = {8, 6};
+  Segmentation segmentation = nobody_at(12.5);
   const cv::Mat block(3, 3, CV_8UC1, cv::Scalar(1));
   segmentation.instances = {Instance::from_box_mask(block, {1, 1, 3, 3}, 0, 0.909F),
                             Instance::from_box_mask(block, {2, 2, 3, 3}, 56, 0.5F),
@@ -125,8 +118,7 @@ TEST(MaskFolderWriter, ClipsMasksToTheImage) {
   for (const auto& c : cases) {
     SCOPED_TRACE(c.origin);
     const TemporaryFolder folder;
-    Segmentation segmentation;
-    segmentation.image_size = {8, 6};
+    Segmentation segmentation = nobody_at(0);
     Instance instance;
     instance.mask_origin = c.origin;
     instance.mask = cv::Mat(3, 3, CV_8UC1, cv::Scalar(255));
@@ -171,8 +163,7 @@ TEST(MaskFolderWriter, RefusesInvalidSegmentations) {
 TEST(MaskFolderWriter, RefusesAStemThatIsNotTheTime) {
   const TemporaryFolder folder;
   MaskFolderWriter writer(folder.path());
-  Segmentation segmentation;
-  segmentation.image_size = {8, 6};
+  Segmentation segmentation = nobody_at(0);
   const auto expect_refused = [&](double timestamp_s, const std::string& stem) {
     segmentation.timestamp_s = timestamp_s;
     expect_error<std::invalid_argument>([&] { writer.add(segmentation, stem); },
@@ -195,14 +186,6 @@ TEST(MaskFolderWriter, RefusesAStemThatIsNotTheTime) {
     finds.finish();
     EXPECT_TRUE(MaskFolderSegmenter(found.path()).has_mask(segmentation.timestamp_s)) << stem;
   }
-}
-
-/// Segmentation without instances.
-Segmentation nobody_at(double timestamp_s) {
-  Segmentation segmentation;
-  segmentation.timestamp_s = timestamp_s;
-  segmentation.image_size = {8, 6};
-  return segmentation;
 }
 
 /// See StagedFolder's tests.

@@ -3,12 +3,7 @@
 
 #include "segmenters/propagation/point_flow.hpp"
 
-#include <cstddef>
-#include <set>
-#include <utility>
-
-#include <gtest/gtest.h>
-#include <opencv2/imgproc.hpp>
+#include "support/test.hpp"
 
 namespace dynfilter::detail {
 namespace {

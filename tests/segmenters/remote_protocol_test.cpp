@@ -3,20 +3,11 @@
 
 #include "segmenters/remote/protocol.hpp"
 
-#include <cstdint>
-#include <cstring>
-#include <limits>
-#include <stdexcept>
-#include <string>
-#include <vector>
-
-#include <gtest/gtest.h>
-
-#include "support/expect_error.hpp"
 #include "support/remote_messages.hpp"
 #include "support/remote_reply_property.hpp"
+#include "support/test.hpp"
 
-namespace dynfilter {
+namespace dynfilter::testing {
 namespace {
 
 using detail::remote::decode_instances;
@@ -24,11 +15,6 @@ using detail::remote::encode_frame_head;
 using detail::remote::Header;
 using detail::remote::MessageType;
 using detail::remote::ProtocolError;
-using testing::Bytes;
-using testing::expect_error;
-using testing::fuzzed_frame_id;
-using testing::fuzzed_size;
-using testing::fuzzed_time_s;
 
 Header header_of(const Bytes& bytes) {
   Header header;
@@ -108,13 +94,13 @@ TEST(RemoteProtocol, ReplyMatchesTheDocumentedBytes) {
       0,    1,    255,  7,    0,    1,  // the mask's pixels
   };
   // The tests' own half of the protocol agrees.
-  EXPECT_EQ(testing::instances_payload(some_segmentation()), payload);
-  EXPECT_TRUE(testing::is_same(decode(payload), some_segmentation()));
+  EXPECT_EQ(instances_payload(some_segmentation()), payload);
+  EXPECT_TRUE(is_same(decode(payload), some_segmentation()));
   EXPECT_EQ(decode(payload).image_size, fuzzed_size());
 }
 
 TEST(RemoteProtocol, RefusesRepliesOfWrongLength) {
-  const Bytes payload = testing::instances_payload(some_segmentation());
+  const Bytes payload = instances_payload(some_segmentation());
   for (std::size_t size = 0; size < payload.size(); ++size) {
     EXPECT_THROW(decode(Bytes(payload.begin(), payload.begin() + static_cast<long>(size))),
                  ProtocolError)
@@ -130,7 +116,7 @@ TEST(RemoteProtocol, RefusesNumbersBeyondTheLimits) {
   const auto expect_refused = [](auto change, const std::string& part) {
     Segmentation segmentation = some_segmentation();
     change(segmentation.instances[0]);
-    const Bytes payload = testing::instances_payload(segmentation);
+    const Bytes payload = instances_payload(segmentation);
     expect_error<ProtocolError>([&] { decode(payload); }, part);
   };
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
@@ -153,13 +139,13 @@ TEST(RemoteProtocol, RefusesNumbersBeyondTheLimits) {
 }
 
 TEST(RemoteProtocol, ReadsHeaders) {
-  const Header reply = header_of(testing::message(2, 0x0102030405060708, Bytes(5)));
+  const Header reply = header_of(message(2, 0x0102030405060708, Bytes(5)));
   EXPECT_EQ(reply.type, MessageType::instances);
   EXPECT_EQ(reply.payload_bytes, 5U);
   EXPECT_EQ(reply.request, 0x0102030405060708U);
-  EXPECT_EQ(header_of(testing::error_reply(3, "text")).type, MessageType::error);
+  EXPECT_EQ(header_of(error_reply(3, "text")).type, MessageType::error);
   // An error of another protocol version is still understood.
-  Bytes later = testing::error_reply(3, "text");
+  Bytes later = error_reply(3, "text");
   later[4] = 2;
   EXPECT_EQ(header_of(later).request, 3U);
 }
@@ -167,7 +153,7 @@ TEST(RemoteProtocol, ReadsHeaders) {
 TEST(RemoteProtocol, RefusesHeadersThatAreNotReplies) {
   const auto expect_refused = [](std::size_t position, std::uint8_t value,
                                  const std::string& part) {
-    Bytes bytes = testing::message(2, 1, {});
+    Bytes bytes = message(2, 1, {});
     bytes[position] = value;
     expect_error<ProtocolError>([&] { header_of(bytes); }, "malformed reply: " + part);
   };
@@ -180,10 +166,10 @@ TEST(RemoteProtocol, RefusesHeadersThatAreNotReplies) {
   expect_refused(7, 1, "a message of type 258");
   expect_refused(11, 5, "83886080 bytes are announced; want at most 67108864");
   expect_refused(12, 1, "reserved bytes of the header are not 0");
-  Bytes longest = testing::message(2, 1, {});
+  Bytes longest = message(2, 1, {});
   longest[11] = 4;
   EXPECT_EQ(header_of(longest).payload_bytes, 67108864U);
-  Bytes error = testing::error_reply(1, "");
+  Bytes error = error_reply(1, "");
   error[9] = 0x11;
   expect_error<ProtocolError>([&] { header_of(error); },
                               "4352 bytes are announced; want at most 4096");
@@ -195,4 +181,4 @@ TEST(RemoteProtocol, ErrorsAreOneLine) {
 }
 
 }  // namespace
-}  // namespace dynfilter
+}  // namespace dynfilter::testing

@@ -5,26 +5,15 @@
 
 #include "dynfilter/segmenters/remote_segmenter.hpp"
 
-#include <signal.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <cstdint>
-#include <cstdlib>
-#include <filesystem>
 #include <iostream>
-#include <optional>
-#include <stdexcept>
-#include <string>
-#include <vector>
-
-#include <gtest/gtest.h>
-#include <opencv2/core.hpp>
 
 #include "dynfilter/dynamic_filter.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/process.hpp"
+#include "support/test.hpp"
 
-namespace dynfilter {
+namespace dynfilter::testing {
 namespace {
 
 namespace fs = std::filesystem;
@@ -34,28 +23,15 @@ const std::string sources = DYNFILTER_SOURCE_DIR;
 const std::string file = sources + "/examples/remote_masks/threshold.py";
 
 /// The example, which runs while this object lives.
-class Script {
+class Script : public ChildProcess {
  public:
-  explicit Script(const fs::path& socket) : id_(fork()) {
-    if (id_ != 0) return;
-    signal(SIGINT, SIG_DFL);  // a shell ignores it in what runs in the background
-    execl(python.c_str(), python.c_str(), "-B", file.c_str(), socket.c_str(),
-          static_cast<char*>(nullptr));
-    _exit(127);
-  }
-  ~Script() { stop(SIGKILL); }
-  Script(const Script&) = delete;
-  Script& operator=(const Script&) = delete;
-
-  void stop(int signal) {
-    if (id_ == 0) return;
-    kill(id_, signal);
-    waitpid(id_, nullptr, 0);
-    id_ = 0;
-  }
-
- private:
-  pid_t id_;
+  explicit Script(const fs::path& socket)
+      : ChildProcess([&] {
+          signal(SIGINT, SIG_DFL);  // a shell ignores it in what runs in the background
+          execl(python.c_str(), python.c_str(), "-B", file.c_str(), socket.c_str(),
+                static_cast<char*>(nullptr));
+          _exit(127);
+        }) {}
 };
 
 class RemotePython : public ::testing::Test {
@@ -80,7 +56,7 @@ class RemotePython : public ::testing::Test {
     return frame;
   }
 
-  testing::TemporaryFolder folder;
+  TemporaryFolder folder;
   fs::path path = folder / "masks.sock";
 };
 
@@ -147,4 +123,4 @@ TEST_F(RemotePython, PythonTestsPass) {
 }
 
 }  // namespace
-}  // namespace dynfilter
+}  // namespace dynfilter::testing

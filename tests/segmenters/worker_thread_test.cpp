@@ -8,19 +8,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <atomic>
-#include <chrono>
-#include <cstdlib>
-#include <memory>
 #include <system_error>
-#include <thread>
-#include <utility>
-
-#include <gtest/gtest.h>
 
 #include "dynfilter/segmenters/async_segmenter.hpp"
+#include "support/process.hpp"
+#include "support/test.hpp"
 
-namespace dynfilter {
+namespace dynfilter::testing {
 namespace {
 
 using std::chrono::milliseconds;
@@ -112,15 +106,7 @@ TEST(WorkerThread, IsLeftAloneByAChildProcessThatEnds) {
       [&] { is_stopped = true; });
   // A thread that begins holds locks of the sanitizers, which a child would wait for.
   while (!is_running) std::this_thread::sleep_for(milliseconds(1));
-  const pid_t child = fork();
-  if (child == 0) {
-    alarm(20);  // it would wait for ever
-    std::exit(5);
-  }
-  int status = 0;
-  ASSERT_EQ(waitpid(child, &status, 0), child);
-  EXPECT_TRUE(WIFEXITED(status));
-  EXPECT_EQ(WEXITSTATUS(status), 5);
+  EXPECT_EQ(exit_code_of_child([] { return 5; }), 5);
 }
 
 TEST(WorkerThread, EndsOnceAndMayEndAgain) {
@@ -143,4 +129,4 @@ TEST(WorkerThread, EndsOnceAndMayEndAgain) {
 }
 
 }  // namespace
-}  // namespace dynfilter
+}  // namespace dynfilter::testing

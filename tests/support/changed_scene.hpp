@@ -3,20 +3,11 @@
 
 // Changes the files of a sequence, into what users have.
 
-#ifndef DYNFILTER_TESTS_SUPPORT_CHANGED_SCENE_HPP
-#define DYNFILTER_TESTS_SUPPORT_CHANGED_SCENE_HPP
+#pragma once
 
-#include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <functional>
 #include <regex>
-#include <string>
-#include <vector>
 
-#include <opencv2/imgcodecs.hpp>
-
-#include "support/temporary_folder.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 
@@ -59,5 +50,3 @@ inline void set_camera(const std::filesystem::path& scene, const std::string& ke
 }
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_CHANGED_SCENE_HPP

@@ -5,8 +5,7 @@
 // value where it needs it. It shares only depth_m, covers, nearest_pixel and clip_grown with the
 // library. z is a depth, o.m an object's, h the half width.
 
-#ifndef DYNFILTER_TESTS_SUPPORT_DEPTH_RULE_ORACLE_HPP
-#define DYNFILTER_TESTS_SUPPORT_DEPTH_RULE_ORACLE_HPP
+#pragma once
 
 #include <map>
 #include <string>
@@ -318,5 +317,3 @@ struct DepthRuleOracle {
 };
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_DEPTH_RULE_ORACLE_HPP

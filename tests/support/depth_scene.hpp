@@ -1,17 +1,12 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_SUPPORT_DEPTH_SCENE_HPP
-#define DYNFILTER_TESTS_SUPPORT_DEPTH_SCENE_HPP
-
-#include <cmath>
-#include <vector>
-
-#include <opencv2/core.hpp>
+#pragma once
 
 #include "dynfilter/depth_compensator.hpp"
 #include "dynfilter/mask_culler.hpp"
 #include "dynfilter/pipeline.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 
@@ -83,5 +78,3 @@ struct DepthScene {
 };
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_DEPTH_SCENE_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_SUPPORT_EXPECT_ERROR_HPP
-#define DYNFILTER_TESTS_SUPPORT_EXPECT_ERROR_HPP
+#pragma once
 
 #include <stdexcept>
 #include <string>
@@ -24,5 +23,3 @@ void expect_error(Call&& call, const std::string& part) {
 }
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_EXPECT_ERROR_HPP

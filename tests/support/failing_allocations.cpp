@@ -8,11 +8,12 @@
 namespace dynfilter::testing {
 namespace {
 
-thread_local std::size_t allocations_left =
-    0;  // up to and including the failing one; 0: none fails
+thread_local std::size_t allocations = 0;
+thread_local std::size_t allocations_left = 0;  // up to the failing one; 0: none fails
 thread_local bool failed = false;
 
 bool is_turn_to_fail() {
+  ++allocations;
   if (allocations_left == 0 || --allocations_left != 0) return false;
   failed = true;
   return true;
@@ -25,11 +26,12 @@ class FailingMatAllocator final : public cv::MatAllocator {
                          cv::AccessFlag flags, cv::UMatUsageFlags usage) const override {
     if (is_turn_to_fail()) CV_Error(cv::Error::StsNoMem, "the allocation that a test lets fail");
     // OpenCV would leak the pixels if the allocation of their header failed inside: let it succeed.
-    const std::size_t left = allocations_left;
+    const std::size_t left = allocations_left, so_far = allocations;
     allocations_left = 0;
     cv::UMatData* const matrix =
         cv::Mat::getStdAllocator()->allocate(dims, sizes, type, data, step, flags, usage);
     allocations_left = left;
+    allocations = so_far;
     return matrix;
   }
   bool allocate(cv::UMatData* data, cv::AccessFlag flags, cv::UMatUsageFlags usage) const override {
@@ -66,6 +68,11 @@ void* not_null(void* const memory) {
 }
 
 }  // namespace
+
+std::size_t allocations_so_far() {
+  count_matrices();
+  return allocations;
+}
 
 FailingAllocation::FailingAllocation(const std::size_t n) {
   count_matrices();

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_SUPPORT_FAILING_ALLOCATIONS_HPP
-#define DYNFILTER_TESTS_SUPPORT_FAILING_ALLOCATIONS_HPP
+#pragma once
 
 #include <cstddef>
 #include <new>
@@ -11,15 +10,18 @@
 
 namespace dynfilter::testing {
 
+// Allocations of this thread, to be counted or to fail: every form of operator new (containers,
+// strings, OpenCV's own vectors) and the pixels of every cv::Mat, each matrix as one; neither plain
+// malloc (libpng's, cv::fastMalloc outside of matrices) nor other threads. That works under
+// sanitizers. Link support/failing_allocations.cpp, which replaces the operators of the whole
+// program.
+
+/// Number of this thread's allocations from the first call on.
+std::size_t allocations_so_far();
+
 /// Makes the n-th allocation of this thread fail while it lives; n = 1 is the next one. All others
-/// succeed, before and after it.
-///
-/// It counts every form of operator new (containers, strings, OpenCV's own vectors) and the pixels
-/// of every cv::Mat, each matrix as one. It does not count plain malloc (libpng's, cv::fastMalloc
-/// outside of matrices) or other threads. A failing operator new throws std::bad_alloc, the nothrow
-/// one returns null, a matrix throws cv::Exception. It works under sanitizers.
-///
-/// Link support/failing_allocations.cpp, which replaces the operators of the whole program.
+/// succeed, before and after it. A failing operator new throws std::bad_alloc, the nothrow one
+/// returns null, a matrix throws cv::Exception.
 class FailingAllocation {
  public:
   explicit FailingAllocation(std::size_t n);
@@ -52,8 +54,8 @@ bool fails_at_allocation(const std::size_t n, Call&& call) {
 /// allocation of its call has failed in turn. Returns the number of failed allocations.
 ///
 ///   for_each_failing_allocation([&](const std::size_t n) {
-///     Component component;                                              // allocations here
-///     succeed const bool failed = fails_at_allocation(n, [&] { component.run(input); });
+///     Component component;  // allocations here succeed
+///     const bool failed = fails_at_allocation(n, [&] { component.run(input); });
 ///     EXPECT_EQ(component.run(input), expected) << "after allocation " << n << " failed";
 ///     return failed;
 ///   });
@@ -65,5 +67,3 @@ std::size_t for_each_failing_allocation(Test&& test) {
 }
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_FAILING_ALLOCATIONS_HPP

@@ -1,14 +1,9 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_SUPPORT_FILE_TREE_HPP
-#define DYNFILTER_TESTS_SUPPORT_FILE_TREE_HPP
+#pragma once
 
-#include <filesystem>
-#include <map>
-#include <string>
-
-#include "support/temporary_folder.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 
@@ -48,5 +43,3 @@ inline std::string changed_names(const FileTree& before, const FileTree& after) 
 }
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_FILE_TREE_HPP

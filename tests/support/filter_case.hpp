@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_SUPPORT_FILTER_CASE_HPP
-#define DYNFILTER_TESTS_SUPPORT_FILTER_CASE_HPP
+#pragma once
 
 #include <algorithm>
 #include <cstdint>
@@ -33,6 +32,15 @@ struct FilterCase {
     return depths_m ? FeaturesView(keypoints).with_depths(*depths_m) : FeaturesView(keypoints);
   }
 };
+
+inline bool same_label(const FeatureLabel& a, const FeatureLabel& b) {
+  return a.score == b.score && a.instance == b.instance && a.reason == b.reason &&
+         a.removed == b.removed;
+}
+
+inline bool same_labels(const FeatureLabels& a, const FeatureLabels& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), same_label);
+}
 
 /// Matrix that is a region of a larger one, so that its rows are not continuous.
 inline cv::Mat inside_larger_matrix(const cv::Size& size, int type) {
@@ -287,5 +295,3 @@ inline FilterCase arbitrary_case_of_any_size(ByteSource& source) {
 }
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_FILTER_CASE_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_SUPPORT_FILTER_PROPERTY_HPP
-#define DYNFILTER_TESTS_SUPPORT_FILTER_PROPERTY_HPP
+#pragma once
 
 #include <cmath>
 #include <string>
@@ -14,11 +13,6 @@
 #include "support/oracle.hpp"
 
 namespace dynfilter::testing {
-
-inline bool same_label(const FeatureLabel& a, const FeatureLabel& b) {
-  return a.score == b.score && a.instance == b.instance && a.reason == b.reason &&
-         a.removed == b.removed;
-}
 
 inline std::string describe(const FeatureLabel& label) {
   return detail::concatenate("reason ", static_cast<int>(label.reason), ", instance ",
@@ -104,5 +98,3 @@ inline std::string check_filter(const FilterCase& input) {
 }
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_FILTER_PROPERTY_HPP

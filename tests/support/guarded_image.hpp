@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_SUPPORT_GUARDED_IMAGE_HPP
-#define DYNFILTER_TESTS_SUPPORT_GUARDED_IMAGE_HPP
+#pragma once
 
 #include <sys/mman.h>
 #include <unistd.h>
@@ -75,5 +74,3 @@ class GuardedImage {
 };
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_GUARDED_IMAGE_HPP

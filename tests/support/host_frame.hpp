@@ -1,24 +1,12 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_SUPPORT_HOST_FRAME_HPP
-#define DYNFILTER_TESTS_SUPPORT_HOST_FRAME_HPP
-
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <fstream>
-#include <string>
-#include <vector>
-
-#include <gtest/gtest.h>
-
-#include <opencv2/core.hpp>
+#pragma once
 
 #include "dynfilter/dynfilter.hpp"
 #include "dynfilter/plugin.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 
@@ -150,6 +138,12 @@ class PluginTest : public ::testing::Test {
     return raw_settings("dynfilter.mask_folder: \"" + masks().string() + "\"\n" + lines);
   }
 
+  /// Lines that record frames in a folder, with an overlay of every so many.
+  std::string recording(const char* folder = "out", int every = 1) const {
+    return "dynfilter.output_folder: \"" + path(folder).string() +
+           "\"\ndynfilter.overlay_every: " + std::to_string(every) + "\n";
+  }
+
   std::string raw_settings(const std::string& lines) const {
     std::ofstream(file()) << "%YAML:1.0\n# Camera\nCamera.fx: 535.4\nDepthMapFactor: 5000.0\n"
                           << "ORBextractor.nFeatures: 500\n"
@@ -162,5 +156,3 @@ class PluginTest : public ::testing::Test {
 };
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_HOST_FRAME_HPP

@@ -1,18 +1,11 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_SUPPORT_LEVEL_SCENES_HPP
-#define DYNFILTER_TESTS_SUPPORT_LEVEL_SCENES_HPP
-
-#include <functional>
-#include <map>
-#include <string>
-#include <utility>
-
-#include <opencv2/core.hpp>
+#pragma once
 
 #include "lab/scenes/scene_levels.hpp"
 #include "support/scene_images.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 
@@ -40,15 +33,4 @@ inline const SyntheticFrame& level_frame(const std::string& level, int index) {
   return frames.emplace(key, level_scene(level).render(index)).first->second;
 }
 
-/// Place of a pixel's point in the world.
-inline cv::Vec3d world_point(const SyntheticFrame& frame, cv::Point pixel) {
-  const CameraParameters camera = level_scene("").camera();  // all small levels have it
-  const double z = static_cast<double>(frame.exact_depth_m.at<float>(pixel));
-  const cv::Vec3d point((pixel.x - camera.cx) / camera.fx * z,
-                        (pixel.y - camera.cy) / camera.fy * z, z);
-  return frame.pose.rotation * point + frame.pose.translation;
-}
-
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_LEVEL_SCENES_HPP

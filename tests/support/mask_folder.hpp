@@ -1,20 +1,12 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_SUPPORT_MASK_FOLDER_HPP
-#define DYNFILTER_TESTS_SUPPORT_MASK_FOLDER_HPP
-
-#include <cstdint>
-#include <filesystem>
-#include <string>
-
-#include <gtest/gtest.h>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
+#pragma once
 
 #include "dynfilter/frame.hpp"
 #include "dynfilter/instance.hpp"
-#include "support/temporary_folder.hpp"
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 
@@ -28,6 +20,12 @@ inline FrameView frame_at(double timestamp_s, cv::Size size = {8, 6}) {
   return frame;
 }
 
+inline MaskFolderOptions allowing_missing() {
+  MaskFolderOptions options;
+  options.allow_missing = true;
+  return options;
+}
+
 inline void write_mask(const TemporaryFolder& folder, const std::string& file,
                        const cv::Mat& mask) {
   std::filesystem::create_directories((folder / file).parent_path());
@@ -35,15 +33,11 @@ inline void write_mask(const TemporaryFolder& folder, const std::string& file,
 }
 
 inline cv::Mat full_mask(const Instance& instance, cv::Size size) {
-  cv::Mat full(size, CV_8UC1, cv::Scalar(0));
-  for (int y = 0; y < size.height; ++y) {
-    for (int x = 0; x < size.width; ++x) {
-      full.at<std::uint8_t>(y, x) = instance.covers({x, y}) ? 255 : 0;
-    }
-  }
+  cv::Mat1b full(size);
+  full.forEach([&](std::uint8_t& value, const int* at) {
+    value = instance.covers({at[1], at[0]}) ? 255 : 0;
+  });
   return full;
 }
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_MASK_FOLDER_HPP

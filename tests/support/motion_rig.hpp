@@ -3,20 +3,13 @@
 
 // A small rendered scene with a person who walks or stands, and a filter by motion that sees it.
 
-#ifndef DYNFILTER_TESTS_SUPPORT_MOTION_RIG_HPP
-#define DYNFILTER_TESTS_SUPPORT_MOTION_RIG_HPP
-
-#include <algorithm>
-#include <cstddef>
-#include <map>
-#include <utility>
-#include <vector>
-
-#include <opencv2/imgproc.hpp>
+#pragma once
 
 #include "dynfilter/dynfilter.hpp"
 #include "dynfilter/motion/motion_judge.hpp"
 #include "lab/scenes/scene_levels.hpp"
+#include "support/filter_case.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 
@@ -58,6 +51,16 @@ inline const std::vector<Shot>& shots(double speed_m_s) {
   return result;
 }
 
+/// Returns what a host knows exactly of the motion into a frame of a scene.
+inline PosePrior exact_prior(const SyntheticScene& scene, int frame) {
+  const CameraPose now = scene.pose(frame), then = scene.pose(frame - 1);
+  PosePrior prior;
+  prior.pose = {then.rotation.t() * now.rotation,
+                then.rotation.t() * (now.translation - then.translation)};
+  prior.is_trusted = true;
+  return prior;
+}
+
 inline PinholeCamera camera() {
   static const CameraParameters c = SyntheticScene(small_scene(0)).camera();
   return {c.fx, c.fy, c.cx, c.cy};
@@ -89,14 +92,4 @@ struct Rig {
   Workspace workspace;
 };
 
-inline bool are_equal(const FeatureLabels& a, const FeatureLabels& b) {
-  return a.size() == b.size() &&
-         std::equal(a.begin(), a.end(), b.begin(), [](const auto& x, const auto& y) {
-           return x.removed == y.removed && x.reason == y.reason && x.score == y.score &&
-                  x.instance == y.instance;
-         });
-}
-
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_MOTION_RIG_HPP

@@ -3,22 +3,15 @@
 
 // Rendered frames and exact matches for the tests of the reference odometry.
 
-#ifndef DYNFILTER_TESTS_SUPPORT_ODOMETRY_SCENE_HPP
-#define DYNFILTER_TESTS_SUPPORT_ODOMETRY_SCENE_HPP
-
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <random>
-#include <vector>
+#pragma once
 
 #include "lab/odometry/odometry.hpp"
 #include "lab/odometry/orb_extractor.hpp"
 
 #include <dynfilter/dynfilter.hpp>
 #include <dynfilter/evaluation/trajectory_errors.hpp>
-#include <opencv2/imgproc.hpp>
 #include "lab/scenes/synthetic_scene.hpp"
+#include "support/test.hpp"
 
 namespace odometry {
 
@@ -152,5 +145,3 @@ inline std::vector<PointMatch> exact_matches(const Pose& pose, std::size_t count
 }
 
 }  // namespace odometry
-
-#endif  // DYNFILTER_TESTS_SUPPORT_ODOMETRY_SCENE_HPP

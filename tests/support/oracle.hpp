@@ -4,8 +4,7 @@
 // Oracle of the paper's rule, written as plainly as possible. It shares only FeatureSampler::key
 // with the library, whose values a separate test pins.
 
-#ifndef DYNFILTER_TESTS_SUPPORT_ORACLE_HPP
-#define DYNFILTER_TESTS_SUPPORT_ORACLE_HPP
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -237,5 +236,3 @@ inline OracleVerdict oracle_masks(FilterCase input) {
 }
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_ORACLE_HPP

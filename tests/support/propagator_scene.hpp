@@ -1,17 +1,11 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_SUPPORT_PROPAGATOR_SCENE_HPP
-#define DYNFILTER_TESTS_SUPPORT_PROPAGATOR_SCENE_HPP
-
-#include <cstdint>
-#include <utility>
-#include <vector>
-
-#include <opencv2/imgproc.hpp>
+#pragma once
 
 #include "dynfilter/segmentation.hpp"
 #include "support/scene_images.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 
@@ -92,5 +86,3 @@ class Pan {
 };
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_PROPAGATOR_SCENE_HPP

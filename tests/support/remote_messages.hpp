@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_SUPPORT_REMOTE_MESSAGES_HPP
-#define DYNFILTER_TESTS_SUPPORT_REMOTE_MESSAGES_HPP
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -85,5 +84,3 @@ inline bool is_same(const Segmentation& a, const Segmentation& b) {
 }
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_REMOTE_MESSAGES_HPP

@@ -1,27 +1,16 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_SUPPORT_REMOTE_PEER_HPP
-#define DYNFILTER_TESTS_SUPPORT_REMOTE_PEER_HPP
+#pragma once
 
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
 
-#include <atomic>
-#include <cstring>
-#include <filesystem>
-#include <functional>
 #include <mutex>
-#include <optional>
-#include <stdexcept>
-#include <string>
-#include <thread>
-#include <utility>
-
-#include <opencv2/core.hpp>
 
 #include "support/remote_messages.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 
@@ -87,15 +76,8 @@ struct ReceivedFrame {
   std::uint64_t request = 0;
   std::uint64_t id = 0;
   double timestamp_s = 0;
-  cv::Mat image, depth;
-  double metres_per_unit = 0;
+  cv::Mat image;
 };
-
-inline cv::Mat image_from(const std::uint8_t* pixels, cv::Size size, int type) {
-  cv::Mat image(size, type);
-  std::memcpy(image.data, pixels, image.total() * image.elemSize());
-  return image;
-}
 
 inline std::optional<ReceivedFrame> receive_frame(const PeerSocket& socket) {
   const std::optional<Bytes> header = socket.receive(24);
@@ -107,17 +89,12 @@ inline std::optional<ReceivedFrame> receive_frame(const PeerSocket& socket) {
   frame.id = number_at<std::uint64_t>(*payload, 0);
   frame.timestamp_s = number_at<double>(*payload, 8);
   const cv::Size size(number_at<int>(*payload, 16), number_at<int>(*payload, 20));
-  frame.metres_per_unit = number_at<double>(*payload, 32);
-  const int channels = (*payload)[24];
-  const int depth = (*payload)[25];
-  const std::uint8_t* pixels = payload->data() + 40;
-  frame.image = image_from(pixels, size, CV_8UC(channels));
-  pixels += frame.image.total() * frame.image.elemSize();
-  if (depth != 0) frame.depth = image_from(pixels, size, depth == 1 ? CV_16UC1 : CV_32FC1);
-  const cv::Mat& last = depth != 0 ? frame.depth : frame.image;
-  const std::size_t end = 40 + frame.image.total() * frame.image.elemSize() +
-                          (depth != 0 ? last.total() * last.elemSize() : 0);
-  if (payload->size() != end) throw std::runtime_error("a frame of another length");
+  frame.image.create(size, CV_8UC((*payload)[24]));
+  const std::size_t pixels = frame.image.total() * frame.image.elemSize();
+  const bool is_plain = std::all_of(payload->begin() + 25, payload->begin() + 40,
+                                    [](std::uint8_t reserved) { return reserved == 0; });
+  if (payload->size() != 40 + pixels || !is_plain) throw std::runtime_error("another frame");
+  std::memcpy(frame.image.data, payload->data() + 40, pixels);
   return frame;
 }
 
@@ -175,5 +152,3 @@ class RemotePeer {
 };
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_REMOTE_PEER_HPP

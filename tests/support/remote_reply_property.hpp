@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_SUPPORT_REMOTE_REPLY_PROPERTY_HPP
-#define DYNFILTER_TESTS_SUPPORT_REMOTE_REPLY_PROPERTY_HPP
+#pragma once
 
 #include <cstring>
 #include <string>
@@ -57,5 +56,3 @@ inline std::string check_header(const Bytes& bytes) {
 }
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_REMOTE_REPLY_PROPERTY_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_SUPPORT_SCENE_IMAGES_HPP
-#define DYNFILTER_TESTS_SUPPORT_SCENE_IMAGES_HPP
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -52,5 +51,3 @@ inline std::uint64_t pixel_hash(const cv::Mat& image,
 }
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_SCENE_IMAGES_HPP

@@ -1,17 +1,11 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_SUPPORT_SMALL_SCENE_TEST_HPP
-#define DYNFILTER_TESTS_SUPPORT_SMALL_SCENE_TEST_HPP
-
-#include <filesystem>
-#include <memory>
-#include <string>
-
-#include <gtest/gtest.h>
+#pragma once
 
 #include "support/program.hpp"
-#include "support/temporary_folder.hpp"
+
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 
@@ -55,5 +49,3 @@ class CopiedSceneTest : public ::testing::Test {
 };
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_SMALL_SCENE_TEST_HPP

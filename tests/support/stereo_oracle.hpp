@@ -1,17 +1,10 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_SUPPORT_STEREO_ORACLE_HPP
-#define DYNFILTER_TESTS_SUPPORT_STEREO_ORACLE_HPP
-
-#include <cmath>
-#include <cstddef>
-#include <optional>
-#include <vector>
-
-#include <opencv2/core.hpp>
+#pragma once
 
 #include "dynfilter/stereo_depths.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 
@@ -119,5 +112,3 @@ class StereoOracle {
 };
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_STEREO_ORACLE_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_SUPPORT_TEMPORARY_FOLDER_HPP
-#define DYNFILTER_TESTS_SUPPORT_TEMPORARY_FOLDER_HPP
+#pragma once
 
 #include <filesystem>
 #include <fstream>
@@ -56,5 +55,3 @@ inline std::string file_text(const std::filesystem::path& file) {
 }
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_TEMPORARY_FOLDER_HPP

@@ -4,13 +4,9 @@
 // Tests on recorded sequences, which are not part of the project: DYNFILTER_DATA_DIR names the
 // folder that holds data/<sequence>. Without it these tests report that they are skipped.
 
-#ifndef DYNFILTER_TESTS_SUPPORT_TEST_DATA_HPP
-#define DYNFILTER_TESTS_SUPPORT_TEST_DATA_HPP
+#pragma once
 
-#include <cstdlib>
-#include <filesystem>
-
-#include <gtest/gtest.h>
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 
@@ -30,5 +26,3 @@ class RecordedData : public ::testing::Test {
 };
 
 }  // namespace dynfilter::testing
-
-#endif  // DYNFILTER_TESTS_SUPPORT_TEST_DATA_HPP

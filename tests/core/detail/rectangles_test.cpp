@@ -3,12 +3,8 @@
 
 #include "dynfilter/detail/rectangles.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cstdint>
-#include <limits>
-
 #include "support/byte_source.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {

@@ -3,16 +3,8 @@
 
 #include "lab/scenes/scene_levels.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <set>
-#include <stdexcept>
-#include <string>
-
-#include <gtest/gtest.h>
-
-#include "support/expect_error.hpp"
 #include "support/level_scenes.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -82,25 +74,6 @@ TEST(SlowSceneLevels, FirstAndLastFrameMatchThePublishedPixels) {
 }
 #endif
 
-/// Overlap of the masks of all persons with the truth, over some frames.
-double mask_overlap(const std::string& level) {
-  double common = 0, together = 0;
-  for (int i = 0; i < 300; i += 20) {
-    const SyntheticFrame& frame = level_frame(level, i);
-    const cv::Mat1b truth = painted(frame.true_segmentation);
-    const cv::Mat1b found = painted(frame.poor_segmentation);
-    common += cv::countNonZero(truth & found);
-    together += cv::countNonZero(truth | found);
-  }
-  return common / together;
-}
-
-TEST(SceneLevels, MasksGetWorseFromLevelToLevel) {
-  EXPECT_NEAR(mask_overlap("cross"), 0.79, 0.09);
-  EXPECT_NEAR(mask_overlap("medium"), 0.69, 0.09);
-  EXPECT_NEAR(mask_overlap("hard"), 0.36, 0.12);
-}
-
 TEST(SceneLevels, OverlappingPersonsShareOneDetection) {
   int joint = 0, apart = 0;
   for (int i = 0; i < 300; i += 10) {
@@ -115,37 +88,6 @@ TEST(SceneLevels, OverlappingPersonsShareOneDetection) {
   }
   EXPECT_GT(joint, 3);
   EXPECT_GT(apart, 1);
-}
-
-/// Nothing static stands where the persons walk, and something stands close to them.
-TEST(SceneLevels, FurnitureLeavesPersonsTheRoomThatTheyNeed) {
-  struct Level {
-    const char* name;
-    double before_m, behind_m;  // reach of the persons, from the nearest one's way
-    double free_m;              // where the first static thing stands, at least
-  };
-  for (const Level& level : {Level{"furniture", 0.40, 0.68, 0.30}, {"desk", 0.25, 0.15, 0.15}}) {
-    const SyntheticScene empty(small_level(level.name, [](auto& o) { o.persons = 0; }));
-    const double way_m = scene_level(level.name).person_distance_m;
-    int close = 0;
-    for (int i = 0; i < 300; i += 60) {
-      const SyntheticFrame& frame = level_frame(level.name, i);
-      const SyntheticFrame room = empty.render(i);
-      const cv::Mat1b persons = painted(frame.true_segmentation);
-      for (int y = 0; y < persons.rows; ++y) {
-        for (int x = 0; x < persons.cols; ++x) {
-          if (persons(y, x) == 0) continue;
-          const double at = world_point(frame, {x, y})[1] - way_m;
-          const double behind = world_point(room, {x, y})[1] - way_m;
-          EXPECT_GT(at, -level.before_m - 0.02) << level.name << i;
-          EXPECT_LT(at, level.behind_m + 0.02) << level.name << i;
-          EXPECT_GT(behind, level.free_m - 0.02) << level.name << i;
-          close += behind < level.behind_m + 0.45;
-        }
-      }
-    }
-    EXPECT_GT(close, 300) << level.name;
-  }
 }
 
 /// Share of a person's pixels that move; -1 if hardly any is visible.
@@ -221,17 +163,6 @@ TEST(MotionLevels, CameraRestsTurnsOrHurries) {
     fast_m += cv::norm(fast.pose(i).translation - fast.pose(i - 1).translation);
   }
   EXPECT_NEAR(fast_m / slow_m, 3, 0.3);
-}
-
-TEST(MotionLevels, LightChangesOnlyTheImage) {
-  const SyntheticFrame& a = level_frame("sitting", 50);
-  const SyntheticFrame b =
-      SyntheticScene(small_level("sitting", [](auto& o) { o.changing_light = false; })).render(50);
-  EXPECT_TRUE(same(a.frame.depth, b.frame.depth));
-  EXPECT_TRUE(same(a.moving_mask, b.moving_mask));
-  const double change = cv::norm(a.frame.image, b.frame.image, cv::NORM_L1) / (3 * 160 * 120);
-  EXPECT_GT(change, 4);
-  EXPECT_LT(change, 30);
 }
 
 }  // namespace

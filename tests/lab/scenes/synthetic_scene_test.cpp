@@ -3,17 +3,8 @@
 
 #include "lab/scenes/synthetic_scene.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <set>
-#include <string>
-#include <vector>
-
-#include <gtest/gtest.h>
-
-#include "support/expect_error.hpp"
 #include "support/level_scenes.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -85,14 +76,6 @@ TEST(SyntheticScene, PixelsMatchThePublishedResults) {
 }
 #endif
 
-TEST(SyntheticScene, AnotherSeedGivesAnotherScene) {
-  const SyntheticFrame other = SyntheticScene(small([](Options& o) { o.seed = 2; })).render(0);
-  const SyntheticFrame& first = level_frame("", 0);
-  EXPECT_FALSE(same(first.frame.image, other.frame.image));
-  EXPECT_FALSE(same(first.frame.depth, other.frame.depth));
-  EXPECT_NE(first.pose.translation, other.pose.translation);
-}
-
 TEST(SyntheticScene, FrameDependsNeitherOnEarlierFramesNorOnThreads) {
   const int threads = cv::getNumThreads();
   cv::setNumThreads(threads == 1 ? 2 : 1);
@@ -140,72 +123,6 @@ TEST(SyntheticScene, OnlyStaticPointsReproject) {
   EXPECT_LT(share_that_agrees(first, later, camera, persons), 0.5);
 }
 
-TEST(SyntheticScene, TheCameraMovesSmoothlyWithRigidPoses) {
-  for (int i = 0; i < small_scene().size(); ++i) {
-    const CameraPose pose = small_scene().pose(i);
-    EXPECT_LT(cv::norm(pose.rotation * pose.rotation.t() - cv::Matx33d::eye()), 1e-12);
-    EXPECT_NEAR(cv::determinant(pose.rotation), 1.0, 1e-12);
-    if (i == 0) continue;
-    const double step = cv::norm(pose.translation - small_scene().pose(i - 1).translation);
-    EXPECT_GT(step, 1e-5);
-    EXPECT_LT(step, 0.04);
-  }
-}
-
-TEST(SyntheticScene, DepthIsQuantisedToEighthsOfAPixelOfDisparity) {
-  const SyntheticFrame& frame = level_frame("", 0);
-  const double focal_baseline = 580 * 0.075;
-  std::vector<double> errors;
-  std::set<int> values;
-  for (int y = 0; y < frame.frame.depth.rows; ++y) {
-    for (int x = 0; x < frame.frame.depth.cols; ++x) {
-      const int raw = frame.frame.depth.at<std::uint16_t>(y, x);
-      if (raw == 0) continue;
-      values.insert(raw);
-      const double steps = 8 * focal_baseline * 5000 / raw;
-      EXPECT_NEAR(steps, std::round(steps), 0.04) << raw;
-      const double exact = static_cast<double>(frame.exact_depth_m.at<float>(y, x));
-      errors.push_back(std::abs(raw / 5000.0 - exact) / (2.9e-3 * exact * exact));
-    }
-  }
-  ASSERT_GT(errors.size(), 10000U);
-  EXPECT_GT(values.size(), 60U);
-  EXPECT_LT(values.size(), 350U);
-  std::sort(errors.begin(), errors.end());
-  EXPECT_LT(errors[errors.size() / 2], 0.8);  // median, in steps
-  EXPECT_GT(errors[errors.size() / 2], 0.1);
-}
-
-TEST(SyntheticScene, ShadowBandLiesLeftOfSilhouettes) {
-  double missing[2] = {0, 0};
-  double counted[2] = {0, 0};
-  double missing_inside = 0, inside = 0;
-  for (int i = 0; i < 90; i += 12) {
-    const SyntheticFrame& frame = level_frame("", i);
-    const cv::Mat1b persons = painted(frame.true_segmentation);
-    const cv::Mat1w depth = frame.frame.depth;
-    for (int y = 0; y < persons.rows; ++y) {
-      for (int x = 2; x + 2 < persons.cols; ++x) {
-        if (persons(y, x) == 0) continue;
-        inside += 1;
-        missing_inside += depth(y, x) == 0;
-        for (const int side : {0, 1}) {
-          const int step = side == 0 ? -1 : 1;
-          if (persons(y, x + step) != 0 || persons(y, x + 2 * step) != 0) continue;
-          counted[side] += 2;
-          missing[side] += (depth(y, x + step) == 0) + (depth(y, x + 2 * step) == 0);
-        }
-      }
-    }
-  }
-  ASSERT_GT(counted[0], 800);
-  ASSERT_GT(counted[1], 800);
-  EXPECT_GT(missing[0] / counted[0], 1.4 * missing[1] / counted[1]);
-  EXPECT_GT(missing[0] / counted[0], 0.25);
-  EXPECT_LT(missing_inside / inside, 0.2);
-  EXPECT_GT(missing_inside / inside, 0.01);
-}
-
 TEST(SyntheticScene, TrueMasksAreTheSilhouettes) {
   const SyntheticScene without(small([](Options& o) { o.persons = 0; }));
   for (const int i : {0, 24, 48}) {
@@ -224,43 +141,6 @@ TEST(SyntheticScene, TrueMasksAreTheSilhouettes) {
       EXPECT_TRUE(instance.track_id.has_value());
     }
   }
-}
-
-double intersection_over_union(const Instance& a, const Instance& b, cv::Size size) {
-  const cv::Mat1b first = painted({0, 0, size, {a}});
-  const cv::Mat1b second = painted({0, 0, size, {b}});
-  return static_cast<double>(cv::countNonZero(first & second)) / cv::countNonZero(first | second);
-}
-
-TEST(SyntheticScene, PoorMasksHaveTheDocumentedErrors) {
-  const cv::Size size(160, 120);
-  std::vector<double> overlaps;
-  for (int i = 0; i < 90; i += 12) {
-    const SyntheticFrame& frame = level_frame("", i);
-    float last_score = 1;
-    for (const Instance& poor : frame.poor_segmentation.instances) {
-      EXPECT_LE(poor.score, last_score);
-      EXPECT_GE(poor.score, 0.70F);
-      EXPECT_LE(poor.score, 0.95F);
-      last_score = poor.score;
-      EXPECT_EQ(poor.box & cv::Rect({0, 0}, size), poor.box);
-      if (!poor.mask.empty()) {
-        const cv::Rect mask_box(poor.mask_origin, poor.mask.size());
-        EXPECT_EQ(mask_box & poor.box, mask_box);
-      }
-      for (const Instance& exact : frame.true_segmentation.instances) {
-        if (exact.track_id != poor.track_id) continue;
-        EXPECT_LE(std::abs(exact.box.x - poor.box.x), 1);
-        EXPECT_LE(std::abs(exact.box.br().y - poor.box.br().y), 1);
-        overlaps.push_back(intersection_over_union(exact, poor, size));
-      }
-    }
-  }
-  ASSERT_GT(overlaps.size(), 10U);
-  double sum = 0;
-  for (const double overlap : overlaps) sum += overlap;
-  EXPECT_GT(sum / static_cast<double>(overlaps.size()), 0.5);
-  EXPECT_LT(sum / static_cast<double>(overlaps.size()), 0.88);
 }
 
 TEST(DepthFaults, TakeDepthAwayAndChangeNone) {

@@ -1,18 +1,16 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Motion along the view, which the depth shows and the image hardly does.
+// Motion along the view, which the depth shows and the image hardly does; a compensator that takes
+// too much; a camera that only turns.
 
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <vector>
-
-#include <gtest/gtest.h>
-#include <opencv2/imgproc.hpp>
-
+#include "dynfilter/detail/mask_distance.hpp"
+#include "dynfilter/dynfilter.hpp"
+#include "dynfilter/motion/motion_judge.hpp"
+#include "motion/motion_frame.hpp"
 #include "motion/motion_residual.hpp"
 #include "support/motion_rig.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -150,6 +148,53 @@ TEST(DepthResidual, IsZeroForStaticPointsThroughAnyMotion) {
     EXPECT_NEAR(residual_m(then_m(far_m)), 0, 1e-9);
     EXPECT_NEAR(residual_m(then_m(far_m) + moved_m), moved_m, 1e-9);
     EXPECT_NEAR(residual_m(then_m(near_m) - moved_m), -moved_m, 1e-9);
+  }
+}
+
+// --- A compensator that takes too much -----------------------------------------------------------
+
+/// Removes features 20 to 60 pixels from persons, as a compensator.
+void compensate_beside(const Segmentation& masks, FeaturesView features, FeatureLabels& labels) {
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const cv::Point pixel = features.pixel(i);
+    for (std::size_t k = 0; k < masks.instances.size() && !labels.is_removed(i); ++k) {
+      const Instance& person = masks.instances[k];
+      const bool is_beside =
+          detail::mask_within(person, pixel, 60) && !detail::mask_within(person, pixel, 20);
+      if (is_beside) labels.remove(i, static_cast<std::int32_t>(k), Reason::compensated, 0.6F);
+    }
+  }
+}
+
+/// What compensation took of the wall behind a walker comes back, because motion shows it at rest.
+TEST(MotionBackground, ComesBackBesideAWalker) {
+  Rig rig;
+  for (int i = 0; i < frames; ++i) {
+    const Shot& shot = shots(0.5)[static_cast<std::size_t>(i)];
+    const FrameView& frame = shot.rendered.frame;
+    const Segmentation& masks = shot.rendered.true_segmentation;
+    FeatureLabels labels = Pipeline<MaskCuller>(MaskCuller()).apply(frame, masks, shot.keypoints);
+    compensate_beside(masks, shot.keypoints, labels);
+    rig.judge({frame, masks, shot.keypoints}, labels, rig.workspace);
+    const std::size_t given_back = labels.statistics().motion.given_back;
+    EXPECT_EQ(given_back > 20, i > 0) << i << ": " << given_back << ", none in the first frame";
+  }
+}
+
+// --- A camera that only turns past a cart --------------------------------------------------------
+
+/// Before a wall, a shift and a turn look alike, and together they explain the cart, too.
+TEST(MotionTurn, DoesNotFollowTheCart) {
+  SyntheticSceneOptions options = scene_level("rotation", 12);
+  options.image_size = {480, 360};
+  const SyntheticScene scene(options);
+  Rig rig;
+  for (int frame = 0; frame < 10; ++frame) {
+    rig.see(shot_of(scene, frame));
+    if (frame < 2) continue;  // in the first frame, the last motion is not known
+    const auto& over = rig.workspace.get<detail::MotionScratch>().over[detail::short_baseline];
+    EXPECT_TRUE(over.is_used) << frame;
+    EXPECT_LT(cv::norm(over.pose.translation), 0.003) << frame;
   }
 }
 

@@ -3,20 +3,12 @@
 
 #include "dynfilter/features.hpp"
 
-#include <gtest/gtest.h>
+#include "dynfilter/frame.hpp"
+#include "dynfilter/segmenter.hpp"
+#include "support/oracle.hpp"
+#include "support/test.hpp"
 
-#include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <limits>
-#include <optional>
-#include <stdexcept>
-#include <string>
-#include <vector>
-
-#include "support/expect_error.hpp"
-
-namespace dynfilter {
+namespace dynfilter::testing {
 namespace {
 
 TEST(NearestPixel, RoundsHalvesUp) {
@@ -102,7 +94,7 @@ TEST(FeaturesView, ReadsAColumnOfDepthsInPlace) {
 TEST(FeaturesView, RefusesAColumnOfAnotherSize) {
   const std::vector<cv::Point2f> points(3);
   for (const std::size_t depths : {0U, 2U, 4U}) {
-    testing::expect_error<std::invalid_argument>(
+    expect_error<std::invalid_argument>(
         [&] { FeaturesView(points).with_depths(std::vector<float>(depths)); },
         "dynfilter::FeaturesView::with_depths: got " + std::to_string(depths) +
             " depths and 3 features; want one depth for each feature");
@@ -110,5 +102,90 @@ TEST(FeaturesView, RefusesAColumnOfAnotherSize) {
   EXPECT_TRUE(FeaturesView().with_depths(std::vector<float>()).has_depths());
 }
 
+// --- FrameView -----------------------------------------------------------------------------------
+
+TEST(FrameView, DepthInMetresMatchesTheOracle) {
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    ByteSource source(seed);
+    FrameView frame;
+    const cv::Size size(source.between(1, 12), source.between(1, 12));
+    frame.depth = arbitrary_depth(source, size, source.chance(50));
+    frame.metres_per_unit = 0.25;
+    for (int y = -1; y <= size.height; ++y) {
+      for (int x = -1; x <= size.width; ++x) {
+        const auto expected = oracle_depth(frame.depth, WidePoint(x, y));
+        const auto got = frame.depth_m({x, y});
+        ASSERT_EQ(got.has_value(), expected.has_value());
+        if (expected) {
+          ASSERT_EQ(*got, *expected * 0.25);
+        }
+      }
+    }
+  }
+}
+
+TEST(FrameView, FloatDepthIsInMetresByDefault) {
+  FrameView frame;
+  frame.depth = cv::Mat(1, 1, CV_32FC1, cv::Scalar(2.0));
+  EXPECT_EQ(frame.depth_m({0, 0}), 2.0);
+  frame.metres_per_unit = 0.001;
+  EXPECT_EQ(frame.depth_m({0, 0}), 0.002);
+}
+
+TEST(FrameView, HasNoDepthWithoutADepthImage) { EXPECT_FALSE(FrameView().depth_m({0, 0})); }
+
+// --- Segmenter -----------------------------------------------------------------------------------
+
+FrameView frame_of(const cv::Size& size) {
+  FrameView frame;
+  frame.id = 17;
+  frame.timestamp_s = 2.5;
+  frame.image = cv::Mat::zeros(size, CV_8UC3);
+  return frame;
+}
+
+/// Returns the result that it was given.
+class CannedSegmenter final : public Segmenter {
+ public:
+  explicit CannedSegmenter(Segmentation result) : result_(std::move(result)) {}
+
+ private:
+  Segmentation do_segment(const FrameView&) override { return result_; }
+  Segmentation result_;
+};
+
+TEST(CallbackSegmenter, PassesTheImageOnAndStampsTheResult) {
+  const FrameView frame = frame_of({4, 3});
+  CallbackSegmenter segmenter([&](const cv::Mat& image) {
+    EXPECT_EQ(image.data, frame.image.data);
+    return std::vector{Instance::from_box({0, 0, 2, 2})};
+  });
+  const Segmentation result = segmenter.segment(frame);
+  EXPECT_EQ(result.frame_id, 17U);
+  EXPECT_EQ(result.timestamp_s, 2.5);
+  EXPECT_EQ(result.image_size, cv::Size(4, 3));
+  ASSERT_EQ(result.instances.size(), 1U);
+  EXPECT_EQ(result.instances[0].box, cv::Rect(0, 0, 2, 2));
+}
+
+TEST(Segmenter, RefusesAResultOfAnotherSize) {
+  Segmentation wrong;
+  wrong.image_size = {3, 4};
+  EXPECT_THROW(CannedSegmenter(wrong).segment(frame_of({4, 3})), std::invalid_argument);
+}
+
+TEST(Segmenter, RefusesMalformedInstances) {
+  Segmentation wrong;
+  wrong.image_size = {4, 3};
+  wrong.instances.push_back(Instance::from_box({0, 0, 2, 2}));
+  wrong.instances[0].mask = cv::Mat::zeros(2, 2, CV_32FC1);
+  EXPECT_THROW(CannedSegmenter(wrong).segment(frame_of({4, 3})), std::invalid_argument);
+}
+
+TEST(Segmenter, RefusesAFrameWithoutAnyImage) {
+  CallbackSegmenter segmenter([](const cv::Mat&) { return std::vector<Instance>(); });
+  EXPECT_THROW(segmenter.segment(FrameView()), std::invalid_argument);
+}
+
 }  // namespace
-}  // namespace dynfilter
+}  // namespace dynfilter::testing
