@@ -7,13 +7,10 @@ exec </dev/null # no command may wait for input
 
 usage() {
   cat <<'END'
-usage: tests/coverage.sh [--no-build] [--no-tests] [-h]
+usage: tests/coverage.sh [-h]
 
 Builds the libraries, the program and their tests with gcc's --coverage, runs the tests but the slow
 ones, and prints the covered lines of each file of include/ and src/, and of all. Needs gcovr.
-
-  --no-build  run what is built
-  --no-tests  count what ran before
 
   DYNFILTER_BUILD_DIR         folder of the build, default build/coverage
   CMAKE_BUILD_PARALLEL_LEVEL  jobs at a time, default: one a core
@@ -24,46 +21,29 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 readonly root
 # shellcheck source-path=SCRIPTDIR source=../cmake/setup.sh
 source "$root/cmake/setup.sh"
-build=yes
-tests=yes
-while (($# > 0)); do
-  case "$1" in
-    --no-build) build=no ;;
-    --no-tests) tests=no ;;
-    -h | --help)
-      usage
-      exit
-      ;;
-    *)
-      usage >&2
-      exit 2
-      ;;
-  esac
-  shift
-done
-readonly build tests
+if (($# > 0)); then
+  usage
+  [[ $1 == -h ]] && exit
+  exit 2
+fi
 folder=$(realpath -m "${DYNFILTER_BUILD_DIR:-$root/build/coverage}")
 jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
 readonly folder jobs
 
 need_tool_packages
 need_packages gcovr
-if [[ $build == yes ]]; then
-  log "Building with --coverage"
-  find_configure_options
-  # The Python module has tests of its own, and is mostly declarations.
-  cmake -S "$root" -B "$folder" "${configure_options[@]}" -DCMAKE_BUILD_TYPE=None \
-    -DCMAKE_CXX_FLAGS="--coverage -O1 -fprofile-update=atomic" -DDYNFILTER_BUILD_EXAMPLES=OFF \
-    -DDYNFILTER_BUILD_PYTHON=OFF -DDYNFILTER_BUILD_TOOLS=ON >/dev/null
-  cmake --build "$folder" -j "$jobs"
-fi
+log "Building with --coverage"
+find_configure_options
+# The Python module has tests of its own, and is mostly declarations.
+cmake -S "$root" -B "$folder" "${configure_options[@]}" -DCMAKE_BUILD_TYPE=None \
+  -DCMAKE_CXX_FLAGS="--coverage -O1 -fprofile-update=atomic" -DDYNFILTER_BUILD_EXAMPLES=OFF \
+  -DDYNFILTER_BUILD_PYTHON=OFF -DDYNFILTER_BUILD_TOOLS=ON >/dev/null
+cmake --build "$folder" -j "$jobs"
 
+log "Running the tests"
 failures=0
-if [[ $tests == yes ]]; then
-  find "$folder" -name '*.gcda' -delete
-  log "Running the tests"
-  (cd "$folder" && ctest -j "$jobs" -LE 'slow|consumers|repository' --output-on-failure) || failures=1
-fi
+find "$folder" -name '*.gcda' -delete
+(cd "$folder" && ctest -j "$jobs" -LE 'slow|consumers|repository' --output-on-failure) || failures=1
 
 log "Lines"
 gcovr --root "$root" --filter "$root/include/" --filter "$root/src/" --exclude "$root/src/python/" \

@@ -7,8 +7,7 @@ exec </dev/null # no command may wait for input
 
 usage() {
   cat <<'END'
-usage: tests/mutants.sh [--core] [--again] [--count N] [--only FIRST-LAST]
-                        [--source FOLDER] [-h]
+usage: tests/mutants.sh [--core] [--again] [--count N] [-h]
 
 Breaks a copy of include/ and src/ in N small ways (default: 300), one at a time, in one build, and
 reports which of them the tests do not notice. A comparison is flipped at its boundary, a
@@ -17,8 +16,6 @@ tests that reach a mutant try it. Needs python3. A stopped call goes on where it
 
   --core    break the core's headers alone, and build its tests alone; in a folder of its own
   --again   try those that survived again, with the tests as they are now
-  --only    mutants of these numbers alone
-  --source  another project with include/, src/ and tests/, for the test of this script
 
   DYNFILTER_BUILD_DIR         folder of the build, default build/mutants or build/mutants-core
   CMAKE_BUILD_PARALLEL_LEVEL  jobs at a time, default: one a core
@@ -30,8 +27,6 @@ END
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 count=300
-only=
-source=$root
 core=no
 again=no
 while (($# > 0)); do
@@ -42,8 +37,6 @@ while (($# > 0)); do
       continue
       ;;
     --count) count=$2 ;;
-    --only) only=$2 ;;
-    --source) source=$(realpath "$2") ;;
     -h | --help)
       usage
       exit
@@ -68,19 +61,19 @@ if [[ $core == yes ]]; then
 fi
 folder=$(realpath -m "${DYNFILTER_BUILD_DIR:-$root/build/$name}")
 jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
-equivalent=$source/tests/mutants/equivalent.txt
-readonly root count only source core again name files options folder jobs equivalent
+equivalent=$root/tests/mutants/equivalent.txt
+readonly root count core again name files options folder jobs equivalent
 
 # The tree itself stays as it is.
 if [[ ! -f $folder/table.txt ]]; then
   rm -rf "$folder/source"
   mkdir -p "$folder/source"
-  tar -C "$source" --exclude=./build --exclude=./.git -c . | tar -C "$folder/source" -x
+  tar -C "$root" --exclude=./build --exclude=./.git -c . | tar -C "$folder/source" -x
   python3 "$root/tests/mutants/mutate.py" "$folder/source" "$count" "$folder/new_table.txt" "$files"
   mv "$folder/new_table.txt" "$folder/table.txt"
 fi
 if [[ $again == yes ]]; then
-  cp -r --update --preserve=timestamps "$source/tests" "$folder/source"
+  cp -r --update --preserve=timestamps "$root/tests" "$folder/source"
   sed -i '/\tsurvived\t/d' "$folder/results.txt"
 fi
 cmake -S "$folder/source" -B "$folder/build" -DCMAKE_BUILD_TYPE=Release "${options[@]}" \
@@ -93,9 +86,7 @@ fi
 cmake --build "$folder/build" -j "$jobs" "${targets[@]}" >"$folder/build.log"
 # Models of networks, without which tests are skipped.
 (cd "$folder/build" && ctest -R '^networks\.models$' >>"$folder/build.log" 2>&1)
-range=()
-if [[ -n $only ]]; then range=("${only%-*}" "${only#*-}"); fi
-python3 "$root/tests/mutants/try_mutants.py" "$folder" "$equivalent" "$jobs" "${range[@]}"
+python3 "$root/tests/mutants/try_mutants.py" "$folder" "$equivalent" "$jobs"
 
 grep $'\tsurvived\t' "$folder/results.txt" || true
 caught=$(grep -c $'\tcaught\t' "$folder/results.txt" || true)

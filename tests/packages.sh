@@ -45,12 +45,6 @@ done
 
 make_scratch packages
 
-# Prints a block of the page about Python: python_block <number>
-python_block() {
-  awk -v wanted="$1" '/^```python/ { inside = ++count == wanted; next } /^```/ { inside = 0 } inside' \
-    "$root/examples/python/README.md"
-}
-
 try_suite() {
   local suite=$1 maker="$scratch/$1-maker" user="$scratch/$1-user" build=/srv/build
   log "$suite: a bare system that makes the packages"
@@ -114,55 +108,18 @@ END
   in_system "$user" sh -ec 'cd /srv && dynfilter synth scene --frames 5 --width 320 --height 240 &&
     dynfilter run scene --out out' | tail -3
 
-  log "$suite: a host in the shape of ORB-SLAM"
-  cp -r "$root/tests/consumers/orb_slam_host" "$user/srv/host"
-  cat >"$user/srv/host/settings.yaml" <<'END'
-%YAML:1.0
----
-Camera.type: "PinHole"
-Camera.RGB: 0
-Camera.bf: 40.0
-DepthMapFactor: 5000.0
-ORBextractor.nFeatures: 500
-ORBextractor.scaleFactor: 1.2
-ORBextractor.nLevels: 4
-ORBextractor.iniThFAST: 10
-dynfilter.mask_folder: "/srv/host_data/left/masks"
-dynfilter.output_folder: "/srv/host_data/out"
-END
-  in_system "$user" sh -ec 'cd /srv/host && cmake -B build >/dev/null 2>&1 && cmake --build build &&
-    dynfilter synth ../host_data/left --frames 12 --width 320 --height 240 --persons 1 --seed 4 &&
-    build/consumer rgbd /srv/host_data settings.yaml'
-  (($(wc -l <"$user/srv/host_data/out/frames.csv") > 12)) || die "$suite: the host did not filter 12 frames"
-
   log "$suite: the Python module"
-  # A frame and a sequence, as the page prints them, and what the page leaves to the reader.
-  mkdir "$user/srv/python"
-  {
-    cat <<'END'
-import numpy
-height, width = 240, 320
-image = numpy.zeros((height, width, 3), numpy.uint8)
-depth = numpy.full((height, width), 10000, numpy.uint16)
-masks = numpy.zeros((1, height, width), bool)
-masks[0, 60:180, 100:160] = True
-boxes = numpy.array([[100, 60, 160, 180]], float)
-points = numpy.array([[130, 100], [300, 20], [10, 200]], numpy.float32)
-descriptors = numpy.arange(3 * 32, dtype=numpy.uint8).reshape(3, 32)
-END
-    python_block 1
-    cat <<'END'
-assert points.tolist() == [[300, 20], [10, 200]] and descriptors[:, 0].tolist() == [32, 64]
-tracked = []
-def detect(image):
-    return points, descriptors
-def track(frame, points, descriptors):
-    tracked.append(len(points))
-END
-    python_block 2
-    echo 'assert len(tracked) == 5'
-  } >"$user/srv/python/page.py"
-  in_system "$user" sh -ec 'cd /srv && python3 python/page.py'
+  # tests/python/page_test.py runs the page's blocks.
+  in_system "$user" sh -ec 'cd /srv && python3 -c "
+import dynfilter, numpy
+points = numpy.float32([[130, 100], [300, 20]])
+filter = dynfilter.DynamicFilter()
+frames = list(dynfilter.RgbdSequence(\"scene\"))
+people = dynfilter.MaskFolderSegmenter(\"scene/masks\")
+for frame in frames:
+    labels = filter.apply(frame, people.segment(frame), points)
+assert len(frames) == 5 and len(labels) == 2
+"'
 
   log "$suite: removing them"
   in_system "$user" apt-get -qq -o Dpkg::Use-Pty=0 purge --yes libdynfilter-dev dynfilter-tools python3-dynfilter >/dev/null

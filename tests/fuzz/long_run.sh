@@ -94,7 +94,7 @@ fuzz() {
   if [[ $stopped == yes ]]; then wait "$child" || true; fi
   child=
   done_now=$(sed -n 's/^stat::number_of_executed_units: *//p' "$printed")
-  inputs[$target]=$((${inputs[$target]:-0} + ${done_now:-0}))
+  inputs[$target]=${done_now:-0}
   if ((status != 0)) && [[ $stopped == no ]]; then
     grep -v '^stat::' "$printed" | tail -n 60 >&2 || true
     log "FAILED: $target; its input is kept in $folder"
@@ -102,8 +102,7 @@ fuzz() {
   fi
 }
 
-# In rounds, so that every target has its turn in a run that is stopped. The whole filter matters most;
-# of the others, those get more time that do the most with it.
+# The whole filter matters most; of the others, those get more time that do the most with it.
 declare -A weights=([whole_filter]=4 [depth_lbp]=3 [remote_reply]=3 [onnx_file]=2)
 weight_of() {
   local target
@@ -112,16 +111,9 @@ weight_of() {
 }
 sum=0
 for fuzzer in "${fuzzers[@]}"; do sum=$((sum + $(weight_of "$fuzzer"))); done
-left=$seconds
-while ((left > 0)) && [[ $stopped == no ]]; do
-  round=$((left < 900 ? left : 900))
-  for fuzzer in "${fuzzers[@]}"; do
-    if [[ $stopped == no ]]; then
-      share=$((round * $(weight_of "$fuzzer") / sum))
-      fuzz "$fuzzer" "$((share > 0 ? share : 1))"
-    fi
-  done
-  left=$((left - round))
+for fuzzer in "${fuzzers[@]}"; do
+  share=$((seconds * $(weight_of "$fuzzer") / sum))
+  if [[ $stopped == no ]]; then fuzz "$fuzzer" "$((share > 0 ? share : 1))"; fi
 done
 
 log "Inputs"

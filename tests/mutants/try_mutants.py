@@ -4,7 +4,7 @@
 
 """Runs the tests on each mutant of a build, and writes down which mutants they notice.
 
-    try_mutants.py FOLDER EQUIVALENT JOBS [FIRST LAST]
+    try_mutants.py FOLDER EQUIVALENT JOBS
 
 FOLDER holds table.txt (the mutants, by mutate.py) and build/ (the test programs). Each test first runs
 without a mutant and says which mutants it reaches; only those tests can notice a mutant, and only they
@@ -150,7 +150,6 @@ def equivalents(file):
 
 def main():
     folder, equivalent, jobs = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]), int(sys.argv[3])
-    first, last = (int(sys.argv[4]), int(sys.argv[5])) if len(sys.argv) > 4 else (1, MUTANTS_MAX)
     results = folder / "results.txt"
     results.touch()
     done = {int(line.split("\t")[0]) for line in results.read_text().splitlines()}
@@ -167,7 +166,7 @@ def main():
         return f"{number}\t{verdict}\t{file}:{line}\t{what}\t{noticed or '-'}\n"
 
     rows = [row for row in (folder / "table.txt").read_text().splitlines()
-            if first <= int(row.split("\t")[0]) <= last and int(row.split("\t")[0]) not in done]
+            if int(row.split("\t")[0]) not in done]
     for _, result in in_parallel(try_mutant, rows, jobs):
         with results.open("a") as file:
             file.write(result)
