@@ -59,11 +59,7 @@ wanted_features: number asked for in each frame; 0: unknown)")
           R"(Adds a frame, its masks (None: unknown), all its features as an (N, 2) array, and the
 filter's statistics. Raises ValueError for malformed input.)")
       .def("findings", &InputChecks::findings, "Returns what is wrong so far, as InputFindings.")
-      .def("__len__", &InputChecks::frames)
-      .def("__repr__", [](const py::object& self) {
-        return detail::concatenate(type_name(self), "(", self.cast<const InputChecks&>().frames(),
-                                   " frames)");
-      });
+      .def("__len__", &InputChecks::frames);
 }
 
 }  // namespace dynfilter::python

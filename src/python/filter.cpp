@@ -21,8 +21,7 @@ const char* const filter_options_doc =
 margin_px: features this close to a mask are removed too
 static_mask: mask of the robot's own parts in every frame, bool or uint8 of the image's size
 rule: how the features that masks missed are found
-depth: options of CompensationRule.depth
-paper: options of CompensationRule.paper
+half_width_m: how far a person's limbs reach before and behind the median depth, metres
 floor: features that should be left; a frame with fewer is starved; 0 = no check
 
 Raises ValueError for options out of range.)";
@@ -63,36 +62,31 @@ SegmentationView segmentation_of(const py::object& argument, const char* compone
 
 DynamicFilterOptions filter_options(std::vector<int> dynamic_classes, double margin_px,
                                     const py::object& static_mask, CompensationRule rule,
-                                    const DepthCompensatorOptions& depth,
-                                    const EdgeCompensatorOptions& paper, std::size_t floor) {
+                                    double half_width_m, std::size_t floor) {
   DynamicFilterOptions options;
   options.mask_culler.dynamic_classes = std::move(dynamic_classes);
   options.mask_culler.margin_px = margin_px;
   options.mask_culler.static_mask =
       matrix_from(static_mask, Pixels::mask, {"MaskCuller", "a static_mask"});
-  options.compensator = {rule, depth, paper};
+  options.compensator.rule = rule;
+  options.compensator.depth.half_width_m = half_width_m;
   options.feature_floor = {floor};
   return options;
-}
-
-std::string text_of(const py::handle& self, const DynamicFilterOptions& options) {
-  const MaskCullerOptions& culler = options.mask_culler;
-  return detail::concatenate(
-      type_name(self), "(dynamic_classes=", text_of(py::cast(culler.dynamic_classes)),
-      ", margin_px=", culler.margin_px, ", rule=", text_of(py::cast(options.compensator.rule)),
-      ", floor=", options.feature_floor.floor, ")");
 }
 
 namespace {
 
 /// Arguments of filter_options, in their order: what a pickled filter is.
-using FilterState = std::tuple<std::vector<int>, double, py::object, CompensationRule,
-                               DepthCompensatorOptions, EdgeCompensatorOptions, std::size_t>;
+using FilterState =
+    std::tuple<std::vector<int>, double, py::object, CompensationRule, double, std::size_t>;
 
 FilterState state_of(const DynamicFilterOptions& options) {
   const MaskCullerOptions& culler = options.mask_culler;
-  return {culler.dynamic_classes,     culler.margin_px,          array_of(culler.static_mask),
-          options.compensator.rule,   options.compensator.depth, options.compensator.paper,
+  return {culler.dynamic_classes,
+          culler.margin_px,
+          array_of(culler.static_mask),
+          options.compensator.rule,
+          options.compensator.depth.half_width_m,
           options.feature_floor.floor};
 }
 
@@ -132,7 +126,12 @@ Array draw(const py::object& image, const Segmentation& segmentation, const py::
 }  // namespace
 
 void bind_filter(py::module_& module) {
-  py::class_<SharedFilter>(
+  py::enum_<CompensationRule>(module, "CompensationRule",
+                              "Rule that finds the features that masks missed.")
+      .value("depth", CompensationRule::depth, "the object's depth, the default")
+      .value("paper", CompensationRule::paper, "the paper's eq. (1)")
+      .value("mask", CompensationRule::mask, "masks act alone");
+  py::class_<SharedFilter> filter(
       module, "DynamicFilter",
       R"(Filter of the paper's section 3. It removes the features on prior dynamic objects (3.1),
 then the features that the masks missed (3.2): by the object's depth, CompensationRule.depth, or
@@ -142,30 +141,12 @@ by the paper's own rule, CompensationRule.paper.
     labels = filter.apply(frame, segmentation, points)
 
 Without a depth image (mono, stereo) only masks act. Two filters share nothing. Many threads may
-use one filter at once.)")
-      .def(py::init([](std::vector<int> dynamic_classes, double margin_px,
-                       const py::object& static_mask, CompensationRule rule,
-                       const DepthCompensatorOptions& depth, const EdgeCompensatorOptions& paper,
-                       std::size_t floor) {
-             return std::make_unique<SharedFilter>(filter_options(
-                 std::move(dynamic_classes), margin_px, static_mask, rule, depth, paper, floor));
-           }),
-           py::kw_only(), py::arg("dynamic_classes") = std::vector<int>{0},
-           py::arg("margin_px") = 0.0, py::arg("static_mask") = py::none(),
-           py::arg_v("rule", CompensationRule::depth, "CompensationRule.depth"),
-           py::arg_v("depth", DepthCompensatorOptions(), "DepthCompensatorOptions()"),
-           py::arg_v("paper", EdgeCompensatorOptions(), "EdgeCompensatorOptions()"),
-           py::arg("floor") = 0, filter_options_doc)
-      .def("apply", &SharedFilter::apply, py::arg("frame"), py::arg("segmentation"),
-           py::arg("features"), py::arg("depths_m") = py::none(), apply_doc)
-      .def("__repr__",
-           [](const py::object& self) {
-             return text_of(self, self.cast<const SharedFilter&>().options());
-           })
-      .def(py::pickle([](const SharedFilter& self) { return state_of(self.options()); },
-                      [](const FilterState& state) {
-                        return std::make_unique<SharedFilter>(std::apply(filter_options, state));
-                      }));
+use one filter at once.)");
+  add_filter_members(filter);
+  filter.def(py::pickle([](const SharedFilter& self) { return state_of(self.options()); },
+                        [](const FilterState& state) {
+                          return std::make_unique<SharedFilter>(std::apply(filter_options, state));
+                        }));
 
   module.def(
       "draw_overlay", &draw, py::arg("image"), py::arg("segmentation"), py::arg("features"),

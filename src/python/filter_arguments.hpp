@@ -7,7 +7,8 @@
 #define DYNFILTER_SRC_PYTHON_FILTER_ARGUMENTS_HPP
 
 #include <cstddef>
-#include <string>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "arrays.hpp"
@@ -37,17 +38,32 @@ SegmentationView segmentation_of(const py::object& argument, const char* compone
 /// Makes the options of a filter from its keyword arguments.
 DynamicFilterOptions filter_options(std::vector<int> dynamic_classes, double margin_px,
                                     const py::object& static_mask, CompensationRule rule,
-                                    const DepthCompensatorOptions& depth,
-                                    const EdgeCompensatorOptions& paper, std::size_t floor);
+                                    double half_width_m, std::size_t floor);
 
-/// Returns a filter's text: its class and the options that say most.
-std::string text_of(const py::handle& self, const DynamicFilterOptions& options);
-
-/// Explanation of the keyword arguments, for docstrings.
+/// Explanations of the keyword arguments and of the arguments of `apply`, for docstrings.
 extern const char* const filter_options_doc;
-
-/// Explanation of the arguments of `apply`, for docstrings.
 extern const char* const apply_doc;
+
+/// Adds what the classes of both filters have. `First` are arguments of the constructor before the
+/// options.
+template <class Filter, class... First, class... Names>
+void add_filter_members(py::class_<Filter>& bound, const Names&... names) {
+  bound
+      .def(py::init([](First... first, std::vector<int> dynamic_classes, double margin_px,
+                       const py::object& static_mask, CompensationRule rule, double half_width_m,
+                       std::size_t floor) {
+             return std::make_unique<Filter>(
+                 first..., filter_options(std::move(dynamic_classes), margin_px, static_mask, rule,
+                                          half_width_m, floor));
+           }),
+           names..., py::kw_only(), py::arg("dynamic_classes") = std::vector<int>{0},
+           py::arg("margin_px") = 0.0, py::arg("static_mask") = py::none(),
+           py::arg_v("rule", CompensationRule::depth, "CompensationRule.depth"),
+           py::arg("half_width_m") = DepthCompensatorOptions().half_width_m, py::arg("floor") = 0,
+           filter_options_doc)
+      .def("apply", &Filter::apply, py::arg("frame"), py::arg("segmentation"), py::arg("features"),
+           py::arg("depths_m") = py::none(), apply_doc);
+}
 
 }  // namespace dynfilter::python
 

@@ -67,7 +67,7 @@ void bind_instance(py::module_& module) {
       R"(One detected object of a frame. Its members cannot be changed; make another one.
 
 Box and mask are placed independently of each other, because boxes get grown, predicted, clipped
-or stale. Coordinates are pixels of the image that was segmented. See also instances_from_masks.)");
+or stale. Coordinates are pixels of the image that was segmented. See also Segmentation.from_masks.)");
   instance
       .def(py::init(&make_instance), py::kw_only(), py::arg("class_id") = 0,
            py::arg("score") = 1.0F, py::arg("box") = cv::Rect(),

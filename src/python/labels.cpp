@@ -15,30 +15,21 @@
 namespace dynfilter::python {
 namespace {
 
-/// Shows one member of all labels as an array. Labels never move: a FeatureLabels object of Python
-/// keeps its number of features.
-template <class Value>
-py::array member_view(const py::object& self, Value FeatureLabel::*member) {
-  const auto& labels = self.cast<const FeatureLabels&>();
-  const void* first = labels.empty() ? nullptr : &(labels[0].*member);
-  return view_of(py::dtype::of<Value>(), static_cast<py::ssize_t>(labels.size()),
-                 sizeof(FeatureLabel), first, self);
-}
-
-py::array reason_view(const py::object& self) {
-  const auto& labels = self.cast<const FeatureLabels&>();
-  static_assert(sizeof(Reason) == 1, "an array of uint8 shows it");
-  const void* first = labels.empty() ? nullptr : &labels[0].reason;
-  return view_of(py::dtype::of<std::uint8_t>(), static_cast<py::ssize_t>(labels.size()),
-                 sizeof(FeatureLabel), first, self);
+/// Shows one member of all labels as an array of `Shown`. Labels never move: a FeatureLabels object
+/// of Python keeps its number of features.
+template <class Shown, class Value>
+py::cpp_function member_view(Value FeatureLabel::*member) {
+  static_assert(sizeof(Shown) == sizeof(Value));
+  return [member](const py::object& self) {
+    const auto& labels = self.cast<const FeatureLabels&>();
+    const void* first = labels.empty() ? nullptr : &(labels[0].*member);
+    return view_of(py::dtype::of<Shown>(), static_cast<py::ssize_t>(labels.size()),
+                   sizeof(FeatureLabel), first, self);
+  };
 }
 
 FeatureLabel label_at(const FeatureLabels& labels, py::ssize_t i) {
-  const auto size = static_cast<py::ssize_t>(labels.size());
-  if (i < -size || i >= size) {
-    throw py::index_error(detail::concatenate("feature ", i, " of ", size));
-  }
-  return labels[static_cast<std::size_t>(i < 0 ? i + size : i)];
+  return labels[index_of(i, labels.size(), "feature")];
 }
 
 void bind_reason(py::module_& module) {
@@ -84,18 +75,14 @@ number, it returns a FeatureLabel.)")
 that labels may refer to.)")
       .def("__len__", &FeatureLabels::size)
       .def("__getitem__", &label_at, py::arg("feature"))
-      .def_property_readonly(
-          "removed",
-          [](const py::object& self) { return member_view(self, &FeatureLabel::removed); },
-          "whether keep_static takes the feature out: bool, N")
-      .def_property_readonly(
-          "score", [](const py::object& self) { return member_view(self, &FeatureLabel::score); },
-          "0 surely static … 1 surely dynamic: float32, N")
-      .def_property_readonly(
-          "instance",
-          [](const py::object& self) { return member_view(self, &FeatureLabel::instance); },
-          "index into Segmentation.instances; -1 = none: int32, N")
-      .def_property_readonly("reason", &reason_view, "why, see Reason: uint8, N")
+      .def_property_readonly("removed", member_view<bool>(&FeatureLabel::removed),
+                             "whether keep_static takes the feature out: bool, N")
+      .def_property_readonly("score", member_view<float>(&FeatureLabel::score),
+                             "0 surely static … 1 surely dynamic: float32, N")
+      .def_property_readonly("instance", member_view<std::int32_t>(&FeatureLabel::instance),
+                             "index into Segmentation.instances; -1 = none: int32, N")
+      .def_property_readonly("reason", member_view<std::uint8_t>(&FeatureLabel::reason),
+                             "why, see Reason: uint8, N")
       .def_property_readonly(
           "statistics",
           [](const FeatureLabels& self) -> const FrameStatistics& { return self.statistics(); },

@@ -21,9 +21,7 @@ namespace {
 class LockedFilter {
  public:
   LockedFilter(const PinholeCamera& camera, const DynamicFilterOptions& options)
-      : filter_(camera, {options, {}}), options_(options) {}
-
-  const DynamicFilterOptions& options() const { return options_; }
+      : filter_(camera, {options, {}}) {}
 
   FeatureLabels apply(const FrameView& frame, const py::object& masks, const py::object& points,
                       const py::object& depths_m) {
@@ -45,36 +43,26 @@ class LockedFilter {
  private:
   std::mutex mutex_;
   MotionFilter filter_;
-  DynamicFilterOptions options_;
   Workspace workspace_;
 };
 
 }  // namespace
 
 void bind_motion(py::module_& module) {
-  ValueClass<PinholeCamera>(
+  ValueClass<PinholeCamera> pinhole(
       module, "PinholeCamera",
       "Pinhole camera with OpenCV's radial-tangential distortion, for components\n"
-      "that relate pixels to rays.")
-      .field("fx", &PinholeCamera::fx, "focal length in x, pixels")
-      .field("fy", &PinholeCamera::fy, "focal length in y, pixels")
-      .field("cx", &PinholeCamera::cx, "principal point's x, pixels")
-      .field("cy", &PinholeCamera::cy, "principal point's y, pixels")
-      .field("k1", &PinholeCamera::k1, "distortion coefficient")
-      .field("k2", &PinholeCamera::k2, "distortion coefficient")
-      .field("p1", &PinholeCamera::p1, "distortion coefficient")
-      .field("p2", &PinholeCamera::p2, "distortion coefficient")
-      .field("k3", &PinholeCamera::k3, "distortion coefficient")
-      .bound()
+      "that relate pixels to rays.");
+  add_camera_fields(pinhole);
+  pinhole.bound()
       .def(py::init([](double fx, double fy, double cx, double cy, double k1, double k2, double p1,
                        double p2, double k3) {
              const PinholeCamera camera{fx, fy, cx, cy, k1, k2, p1, p2, k3};
              validate(camera, "PinholeCamera");
              return camera;
            }),
-           py::kw_only(), py::arg("fx"), py::arg("fy"), py::arg("cx"), py::arg("cy"),
-           py::arg("k1") = 0.0, py::arg("k2") = 0.0, py::arg("p1") = 0.0, py::arg("p2") = 0.0,
-           py::arg("k3") = 0.0,
+           py::arg("fx"), py::arg("fy"), py::arg("cx"), py::arg("cy"), py::arg("k1") = 0.0,
+           py::arg("k2") = 0.0, py::arg("p1") = 0.0, py::arg("p2") = 0.0, py::arg("k3") = 0.0,
            R"(fx, fy: focal lengths, pixels; above 0
 cx, cy: principal point, pixels
 k1, k2, p1, p2, k3: distortion; all 0 = rectified images)")
@@ -84,7 +72,7 @@ k1, k2, p1, p2, k3: distortion; all 0 = rectified images)")
            py::arg("camera"), "camera: of a sequence");
   py::implicitly_convertible<CameraParameters, PinholeCamera>();
 
-  py::class_<LockedFilter>(
+  py::class_<LockedFilter> filter(
       module, "MotionFilter",
       R"(DynamicFilter with motion evidence: masks and depth say what may be dynamic, motion says
 what is.
@@ -93,27 +81,9 @@ what is.
     labels = filter.apply(frame, masks, points)  # every frame, in order
 
 It remembers earlier frames. Frames need an image and depth. Threads that use one filter wait for
-each other.)")
-      .def(py::init([](const PinholeCamera& camera, std::vector<int> dynamic_classes,
-                       double margin_px, const py::object& static_mask, CompensationRule rule,
-                       const DepthCompensatorOptions& depth, const EdgeCompensatorOptions& paper,
-                       std::size_t floor) {
-             return std::make_unique<LockedFilter>(
-                 camera, filter_options(std::move(dynamic_classes), margin_px, static_mask, rule,
-                                        depth, paper, floor));
-           }),
-           py::arg("camera"), py::kw_only(), py::arg("dynamic_classes") = std::vector<int>{0},
-           py::arg("margin_px") = 0.0, py::arg("static_mask") = py::none(),
-           py::arg_v("rule", CompensationRule::depth, "CompensationRule.depth"),
-           py::arg_v("depth", DepthCompensatorOptions(), "DepthCompensatorOptions()"),
-           py::arg_v("paper", EdgeCompensatorOptions(), "EdgeCompensatorOptions()"),
-           py::arg("floor") = 0, filter_options_doc)
-      .def("apply", &LockedFilter::apply, py::arg("frame"), py::arg("segmentation"),
-           py::arg("features"), py::arg("depths_m") = py::none(), apply_doc)
-      .def("reset", &LockedFilter::reset, "Forgets everything, like a new filter.")
-      .def("__repr__", [](const py::object& self) {
-        return text_of(self, self.cast<const LockedFilter&>().options());
-      });
+each other.)");
+  add_filter_members<LockedFilter, const PinholeCamera&>(filter, py::arg("camera"));
+  filter.def("reset", &LockedFilter::reset, "Forgets everything, like a new filter.");
 }
 
 }  // namespace dynfilter::python

@@ -79,12 +79,7 @@ that use one network wait for each other; several networks may run at once.)")
           py::arg("name"), "Returns the class with this name, or None.")
       .def_property_readonly(
           "input_size", [](const LockedNetwork& self) { return self.network().input_size(); },
-          "(width, height) of the network's input; images are resized to it")
-      .def("__repr__", [](const py::object& self) {
-        const NetworkSegmenter& loaded = self.cast<const LockedNetwork&>().network();
-        return detail::concatenate(type_name(self), "(", loaded.class_names().size(),
-                                   " classes, input ", detail::size_name(loaded.input_size()), ")");
-      });
+          "(width, height) of the network's input; images are resized to it");
 }
 
 }  // namespace dynfilter::python

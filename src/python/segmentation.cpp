@@ -3,10 +3,10 @@
 
 #include "dynfilter/segmentation.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -22,7 +22,7 @@
 namespace dynfilter::python {
 namespace {
 
-constexpr const char* name = "instances_from_masks";
+constexpr const char* name = "Segmentation";
 
 using Numbers = py::array_t<double, py::array::c_style>;
 
@@ -30,32 +30,27 @@ using Numbers = py::array_t<double, py::array::c_style>;
   detail::throw_misuse(name, detail::concatenate(what, " of ", description(array)), want);
 }
 
-/// Returns a whole number as int.
-int whole(double number, const char* what, const char* want) {
-  const double limit = std::numeric_limits<int>::max();
-  if (!(std::abs(number) <= limit) || number != std::floor(number)) {
-    detail::throw_misuse(name, detail::concatenate(what, " ", number), want);
-  }
-  return static_cast<int>(number);
-}
-
 /// Returns the smallest box of whole pixels that holds the box between two corners.
 cv::Rect box_of(const double* corners) {
-  constexpr const char* side = "a box with a side at";
-  constexpr const char* want = "finite sides";
-  const int left = whole(std::floor(corners[0]), side, want);
-  const int top = whole(std::floor(corners[1]), side, want);
-  const int right = whole(std::ceil(corners[2]), side, want);
-  const int bottom = whole(std::ceil(corners[3]), side, want);
-  const std::int64_t width = std::int64_t{right} - left, height = std::int64_t{bottom} - top;
-  const std::int64_t limit = std::numeric_limits<int>::max();
-  if (width < 0 || height < 0 || width > limit || height > limit) {
+  constexpr double limit = 1e9;  // of coordinates, so that width and height fit into an int
+  const bool is_box =
+      std::all_of(corners, corners + 4, [](double x) { return std::abs(x) < limit; }) &&
+      corners[0] <= corners[2] && corners[1] <= corners[3];
+  if (!is_box) {
     detail::throw_misuse(name,
                          detail::concatenate("a box from (", corners[0], ", ", corners[1], ") to (",
                                              corners[2], ", ", corners[3], ")"),
-                         "x1, y1, x2, y2 with x1 <= x2 and y1 <= y2");
+                         "finite x1, y1, x2, y2 with x1 <= x2 and y1 <= y2");
   }
-  return {left, top, static_cast<int>(width), static_cast<int>(height)};
+  const cv::Point first(cvFloor(corners[0]), cvFloor(corners[1]));
+  return {first, cv::Point(cvCeil(corners[2]), cvCeil(corners[3]))};
+}
+
+int class_id_of(double number) {
+  const auto id = static_cast<int>(std::clamp(number, 0.0, 1e9));
+  if (id != number)
+    detail::throw_misuse(name, detail::concatenate("a class id of ", number), "whole numbers");
+  return id;
 }
 
 /// Warns of a mask that looks like probabilities times 255. Looks at every fourth row.
@@ -146,7 +141,7 @@ std::vector<Instance> instances_from_masks(const py::object& masks, const py::ob
   std::vector<Instance> instances;
   instances.reserve(size);
   for (std::size_t k = 0; k < size; ++k) {
-    const int class_id = classes.empty() ? 0 : whole(classes[k], "a class id of", "whole numbers");
+    const int class_id = classes.empty() ? 0 : class_id_of(classes[k]);
     const float score = confidences.empty() ? 1.0F : static_cast<float>(confidences[k]);
     Instance instance;
     if (!masks.is_none()) {
@@ -250,11 +245,6 @@ the instances. Raises ValueError for a malformed one.)")
       .def(py::pickle(&state_of, [](const SegmentationState& state) {
         return std::apply(make_segmentation, state);
       }));
-  const std::string masks_text =
-      std::string("Makes one instance for each mask of a network's result.\n\n") + masks_doc;
-  module.def("instances_from_masks", &instances_from_masks, py::arg("masks"),
-             py::arg("boxes") = none, py::arg("class_ids") = none, py::arg("scores") = none,
-             py::arg("threshold") = 0.5, masks_text.c_str());
 }
 
 }  // namespace dynfilter::python

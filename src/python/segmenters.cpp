@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "dynfilter/segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
+#include "dynfilter/segmenters/mask_propagator.hpp"
 #include "unlocked.hpp"
 #include "values.hpp"
 
@@ -45,6 +47,30 @@ class DerivedSegmenter final : public Segmenter {
   }
 };
 
+/// MaskPropagator for one thread at a time: others wait.
+class LockedPropagator {
+ public:
+  explicit LockedPropagator(double max_age_s) : propagator_({max_age_s}) {}
+
+  std::optional<Segmentation> propagate(const FrameView& frame, const Segmentation* newest) {
+    std::optional<Segmentation> result;
+    if (newest != nullptr) result = *newest;
+    const Unlocked unlock;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return propagator_.propagate(frame, result);
+  }
+
+  void reset() {
+    const Unlocked unlock;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    propagator_.reset();
+  }
+
+ private:
+  std::mutex mutex_;
+  MaskPropagator propagator_;
+};
+
 }  // namespace
 
 void bind_segmenters(py::module_& module) {
@@ -64,11 +90,7 @@ callers use segment, which checks the result.
 differs from the frame in image size, and passes on what do_segment raises.)")
       .def_static(
           "empty_segmentation", &DerivedSegmenter::empty_segmentation_of, py::arg("frame"),
-          "Makes a segmentation of this frame without instances: id, time and size are filled in.")
-      .def("__repr__", [](const py::object& self) {
-        self.cast<const Segmenter&>();
-        return type_name(self) + "()";
-      });
+          "Makes a segmentation of this frame without instances: id, time and size are filled in.");
   py::class_<MaskFolderSegmenter, Segmenter>(
       module, "MaskFolderSegmenter",
       R"(Reads the instances of a frame from a folder of PNG files named by time,
@@ -93,11 +115,7 @@ allow_missing: whether masks may be missing; those of such a frame are unknown, 
 Raises RuntimeError that names the file, and the line, for what is missing or malformed.)")
       .def("__len__", &MaskFolderSegmenter::size)
       .def("has_mask", &MaskFolderSegmenter::has_mask, py::arg("timestamp_s"),
-           "Whether there is a mask for a frame of this time.")
-      .def("__repr__", [](const py::object& self) {
-        const auto& masks = self.cast<const MaskFolderSegmenter&>();
-        return detail::concatenate(type_name(self), "(", masks.size(), " masks)");
-      });
+           "Whether there is a mask for a frame of this time.");
   py::class_<MaskFolderWriter>(
       module, "MaskFolderWriter",
       R"(Writes segmentations as label maps with an instances.csv: the first format that
@@ -135,11 +153,31 @@ Raises RuntimeError that names a file in the way.)")
 segmentation's time with 6 decimals. Raises ValueError for a malformed segmentation, for a stem that
 is not the segmentation's time, for a time that was added before, and after finish().)")
       .def("finish", &MaskFolderWriter::finish,
-           "Moves the masks into the folder. Raises RuntimeError that names a file in the way.")
-      .def("__repr__", [](const py::object& self) {
-        const auto& writer = self.cast<const MaskFolderWriter&>();
-        return detail::concatenate(type_name(self), "(", writer.size(), " frames)");
-      });
+           "Moves the masks into the folder. Raises RuntimeError that names a file in the way.");
+  py::class_<LockedPropagator>(
+      module, "MaskPropagator",
+      R"(Moves masks from the frame that they were made from to the current frame. This bridges
+the time between two results of a segmenter that is slower than the camera, and late results that
+miss an instance.
+
+    masks = propagator.propagate(frame, newest)
+    labels = filter.apply(frame, masks, points)
+
+Two propagators share nothing; threads that use one wait for each other.)")
+      .def(py::init<double>(), py::kw_only(),
+           py::arg("max_age_s") = MaskPropagatorOptions().max_age_s,
+           R"(max_age_s: masks of older frames are dropped, seconds
+
+Raises ValueError for an age out of range.)")
+      .def("propagate", &LockedPropagator::propagate, py::arg("frame"),
+           py::arg("newest").none(true) = py::none(),
+           R"(Returns the masks at `frame`, given the newest result so far: of this frame or an
+earlier one, maybe the same as in the last call, maybe None. Returns None if no masks are known
+that are at most max_age_s old.
+
+Call it for every frame, in order, also while there are no masks, so that the history is complete.
+The interpreter's lock is released meanwhile.)")
+      .def("reset", &LockedPropagator::reset, "Forgets everything, like a new propagator.");
 }
 
 }  // namespace dynfilter::python

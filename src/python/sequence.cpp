@@ -15,34 +15,19 @@
 namespace dynfilter::python {
 namespace {
 
-/// Returns the index of a frame; negative ones count from the end, as in Python.
-std::size_t index_of(const RgbdSequence& sequence, py::ssize_t i) {
-  const auto size = static_cast<py::ssize_t>(sequence.size());
-  if (i < -size || i >= size) throw py::index_error(detail::concatenate("frame ", i, " of ", size));
-  return static_cast<std::size_t>(i < 0 ? i + size : i);
-}
-
 FrameView frame_at(const RgbdSequence& sequence, py::ssize_t i) {
-  const std::size_t index = index_of(sequence, i);
+  const std::size_t index = index_of(i, sequence.size(), "frame");
   const Unlocked unlock;
   return sequence.read(index);
 }
 
 void bind_camera(py::module_& module) {
   using Camera = CameraParameters;
-  ValueClass<Camera>(
+  ValueClass<Camera> camera(
       module, "CameraParameters",
-      "Camera of a sequence: a pinhole camera with OpenCV's radial-tangential distortion.")
-      .field("fx", &Camera::fx, "focal length in x, pixels")
-      .field("fy", &Camera::fy, "focal length in y, pixels")
-      .field("cx", &Camera::cx, "principal point's x, pixels")
-      .field("cy", &Camera::cy, "principal point's y, pixels")
-      .field("k1", &Camera::k1, "distortion coefficient")
-      .field("k2", &Camera::k2, "distortion coefficient")
-      .field("p1", &Camera::p1, "distortion coefficient")
-      .field("p2", &Camera::p2, "distortion coefficient")
-      .field("k3", &Camera::k3, "distortion coefficient")
-      .field("image_size", &Camera::image_size, "(width, height), pixels; (0, 0) = unknown")
+      "Camera of a sequence: a pinhole camera with OpenCV's radial-tangential distortion.");
+  add_camera_fields(camera);
+  camera.field("image_size", &Camera::image_size, "(width, height), pixels; (0, 0) = unknown")
       .field("frames_per_second", &Camera::frames_per_second, "frame rate, Hz; 0 = unknown")
       .field("depth_units_per_metre", &Camera::depth_units_per_metre,
              "DepthMapFactor; 5000 for TUM and BONN")
@@ -95,12 +80,8 @@ read.)")
       .def_property_readonly("folder", &RgbdSequence::folder, "folder of the sequence")
       .def_property_readonly("depth_offset_s", &RgbdSequence::depth_offset_s,
                              "offset that the frames were paired with, seconds")
-      .def_property_readonly("has_depth", &RgbdSequence::has_depth, "whether the frames have depth")
-      .def("__repr__", [](const py::object& self) {
-        const auto& sequence = self.cast<const RgbdSequence&>();
-        return detail::concatenate(type_name(self), "('", sequence.folder().string(), "', ",
-                                   sequence.size(), " frames)");
-      });
+      .def_property_readonly("has_depth", &RgbdSequence::has_depth,
+                             "whether the frames have depth");
 }
 
 }  // namespace dynfilter::python

@@ -56,24 +56,13 @@ void bind_instance_statistics(py::module_& module) {
       .field("score", &S::score, "the detector's confidence in the instance")
       .field("dynamic", &S::dynamic, "its class is one of the dynamic ones")
       .field("masked", &S::masked, "removed because they lie on the mask")
-      .field("sampled", &S::sampled, "features or pixels that the ranges were estimated from")
-      .field(
-          "candidates", &S::candidates,
-          "features in the box that no earlier stage or instance removed; rule `paper` counts them")
-      .field("passed_depth", &S::passed_depth, "candidates that the depth range alone would remove")
-      .field("passed_code", &S::passed_code, "candidates that the D-LBP range alone would remove")
       .field("compensated", &S::compensated, "removed by edge compensation")
       .field("compensation", &S::compensation, "outcome of edge compensation")
       .field("depth_range_m", &S::depth_range_m, "range of the object's depth, metres")
       .field("mask_gap_px", &S::mask_gap_px,
              "how far the object reaches beyond a fresh mask, pixels; 0 where it is not known")
-      .field("depth_shift_px", &S::depth_shift_px,
-             "how far the object's depth is shifted to the right, pixels; 0 where it is not known")
-      .field("mask_gap_places", &S::mask_gap_places,
-             "places that these were measured at; 0: they are not known")
       .field("verdict", &S::verdict, "whether it moves")
       .field("given_back", &S::given_back, "features given back because it is still")
-      .field("code_range", &S::code_range, "range of D-LBP codes; may be empty")
       .prints({"class_id", "score", "dynamic", "masked", "compensated", "compensation", "verdict"});
 }
 
@@ -86,17 +75,9 @@ void bind_statistics(py::module_& module) {
   ValueClass<Motion>(module, "MotionStatistics", "Statistics of the motion evidence in one frame.")
       .field("outcome", &Motion::outcome, "what happened")
       .field("tracked", &Motion::tracked, "features that were found in the last frame")
-      .field("candidates", &Motion::candidates, "features that look as if they move")
-      .field("supported", &Motion::supported,
-             "candidates that count, because others near them are candidates, too")
       .field("given_back", &Motion::given_back, "features given back because they are still")
-      .field("scale_px", &Motion::scale_px,
-             "scale of the static features' residuals, one frame back, pixels")
-      .field("pose_support", &Motion::pose_support,
-             "share of the features that agree with the camera's motion")
       .field("unsettled_objects", &Motion::unsettled_objects,
-             "dynamic objects that matter and of which it is not known whether they move")
-      .field("baselines", &Motion::baselines, "baselines that were used: 0 to 2");
+             "dynamic objects that matter and of which it is not known whether they move");
   using Frame = FrameStatistics;
   ValueClass<Frame>(module, "FrameStatistics",
                     "Statistics of one frame. masked, compensated, moving, custom and kept add up\n"

@@ -6,6 +6,7 @@
 #ifndef DYNFILTER_SRC_PYTHON_VALUES_HPP
 #define DYNFILTER_SRC_PYTHON_VALUES_HPP
 
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <string>
@@ -13,19 +14,39 @@
 #include <vector>
 
 #include "bindings.hpp"
+#include "dynfilter/detail/errors.hpp"
 
 namespace dynfilter::python {
 
 /// Returns the name of an object's class.
-std::string type_name(const py::handle& object);
+inline std::string type_name(const py::handle& object) {
+  return py::str(py::type::handle_of(object).attr("__name__"));
+}
 
-/// Returns an object's text: enumerators as Python writes them, Reason.in_mask, others by repr.
-std::string text_of(const py::handle& value);
+/// Returns an object's class and these attributes: "ValueRange(lower=0.5, upper=2.5)". Enumerators
+/// are written as in Python, Reason.in_mask.
+inline std::string text_of(const py::handle& self, const std::vector<std::string>& names) {
+  std::string text = type_name(self) + "(";
+  const char* separator = "";
+  for (const std::string& name : names) {
+    const py::object value = self.attr(name.c_str());
+    const bool is_enumerator = py::hasattr(py::type::handle_of(value), "__members__");
+    text += separator + name + "=" + std::string(is_enumerator ? py::str(value) : py::repr(value));
+    separator = ", ";
+  }
+  return text + ")";
+}
 
-/// Returns an object's class and these attributes: "ValueRange(lower=0.5, upper=2.5)".
-std::string text_of(const py::handle& self, const std::vector<std::string>& names);
+/// Returns an index of so many things; negative ones count from the end, as in Python.
+inline std::size_t index_of(py::ssize_t i, std::size_t count, const char* what) {
+  const auto size = static_cast<py::ssize_t>(count);
+  if (i < -size || i >= size) {
+    throw py::index_error(detail::concatenate(what, " ", i, " of ", size));
+  }
+  return static_cast<std::size_t>(i < 0 ? i + size : i);
+}
 
-/// Binds a struct of which every field is bound. Fields can be read; the class has no constructor
+/// Binds fields of a struct, which can be read, copied and pickled; the class has no constructor
 /// unless one is added.
 template <class Value>
 class ValueClass {
@@ -74,7 +95,7 @@ class ValueClass {
   /// The class, to add more to it.
   py::class_<Value>& bound() { return class_; }
 
- protected:
+ private:
   /// Remembers a field that is bound.
   template <class Member>
   void keep(const char* name, Member Value::*member) {
@@ -85,7 +106,6 @@ class ValueClass {
                             }});
   }
 
- private:
   struct Field {
     std::string name;
     std::function<py::object(const Value&)> get;
@@ -100,6 +120,22 @@ class ValueClass {
   py::class_<Value> class_;
   std::shared_ptr<Fields> fields_;
 };
+
+/// Adds the fields of a pinhole camera with OpenCV's radial-tangential distortion.
+template <class Camera>
+void add_camera_fields(ValueClass<Camera>& bound) {
+  bound.field("fx", &Camera::fx, "focal length in x, pixels")
+      .field("fy", &Camera::fy, "focal length in y, pixels")
+      .field("cx", &Camera::cx, "principal point's x, pixels")
+      .field("cy", &Camera::cy, "principal point's y, pixels");
+  const std::pair<const char*, double Camera::*> coefficients[] = {{"k1", &Camera::k1},
+                                                                   {"k2", &Camera::k2},
+                                                                   {"p1", &Camera::p1},
+                                                                   {"p2", &Camera::p2},
+                                                                   {"k3", &Camera::k3}};
+  for (const auto& [name, member] : coefficients)
+    bound.field(name, member, "distortion coefficient");
+}
 
 }  // namespace dynfilter::python
 

@@ -1,15 +1,12 @@
 # SPDX-FileCopyrightText: 2026 the dynfilter authors
 # SPDX-License-Identifier: MIT
-"""The module in the interpreter: help, errors, sub-interpreters, a second import."""
+"""The module in the interpreter: help, and its end."""
 
 import inspect
 import os
 import pydoc
-import re
 import subprocess
 import sys
-
-import pytest
 
 import dynfilter
 
@@ -26,30 +23,6 @@ def python(code, **environment):
 def test_version_is_the_librarys(sources):
     header = (sources / "include/dynfilter/version.hpp").read_text()
     assert f'DYNFILTER_VERSION_STRING "{dynfilter.__version__}"' in header
-
-
-def test_sub_interpreters_are_refused():
-    subinterpreters = "_xxsubinterpreters" if sys.version_info < (3, 13) else "_interpreters"
-    pytest.importorskip(subinterpreters, reason="this Python has no sub-interpreters")
-    for first in ("", "import dynfilter"):  # also where the main interpreter has it already
-        result = python(
-            f"""{first}
-import {subinterpreters} as interpreters
-failed = interpreters.run_string(interpreters.create(), '''
-try:
-    import dynfilter
-except ImportError as error:
-    print(error, flush=True)
-''')
-"""
-        )
-        assert result.returncode == 0, result.stderr
-        # Python 3.13 refuses by itself where pybind11 marks modules for it.
-        assert re.match(
-            "dynfilter: got a sub-interpreter; want the main interpreter"
-            "|module dynfilter._dynfilter does not support loading in subinterpreters",
-            result.stdout,
-        )
 
 
 def test_ends_cleanly_with_objects_alive():

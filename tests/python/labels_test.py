@@ -78,28 +78,3 @@ def test_overlay_is_a_new_image(scene):
     drawing = dynfilter.draw_overlay(scene.image, scene.segmentation(), scene.points, labels)
     assert drawing.dtype == np.uint8 and drawing.shape[1:] == (160, 3) and drawing.shape[0] > 120
     assert np.array_equal(scene.image, before)
-
-
-def test_keep_static_asks_no_subclass():
-    class Liar(list):
-        def __len__(self):
-            return 1
-
-        def __iter__(self):
-            return iter("x")
-
-    class LyingArray(np.ndarray):
-        def __len__(self):
-            return 1
-
-    labels = some_labels()
-    numbers = list(range(len(labels)))
-    expected = dynfilter.keep_static(labels, numbers)[0]
-    assert dynfilter.keep_static(labels, Liar(numbers))[0] == expected
-    array = np.array(numbers).view(LyingArray)
-    assert np.array_equal(np.asarray(dynfilter.keep_static(labels, array)[0]), expected)
-    with pytest.raises(ValueError):
-        dynfilter.keep_static(labels, Liar(["one"]))
-    hidden = np.ma.array(numbers, mask=[n % 2 for n in numbers])
-    kept = dynfilter.keep_static(labels, hidden)[0]
-    assert list(kept.mask) == [bool(n % 2) for n in expected]

@@ -82,10 +82,8 @@ def test_options_are_checked():
         dynfilter.DynamicFilter(static_mask=np.zeros((2, 2)))
     with pytest.raises(TypeError):
         dynfilter.DynamicFilter(margin=3)
-    with pytest.raises(
-        TypeError, match="DepthCompensatorOptions has no option 'reach'; it has .*half_width_m"
-    ):
-        dynfilter.DepthCompensatorOptions(reach=3)
+    with pytest.raises(ValueError, match="half_width_m = -1"):
+        dynfilter.DynamicFilter(half_width_m=-1)
 
 
 def test_floor_reports(scene):

@@ -63,7 +63,7 @@ def test_torchvision():
 def test_probabilities_as_bytes_are_doubted():
     soft = (np.random.default_rng(7).random((1, 60, 80)) * 255).astype(np.uint8)
     with pytest.warns(UserWarning, match="many grey levels.*threshold it first"):
-        dynfilter.instances_from_masks(soft)
+        dynfilter.Segmentation.from_masks(FRAME, soft)
 
 
 def test_nobody_and_boxes_alone():
@@ -95,11 +95,11 @@ def test_nobody_and_boxes_alone():
         ((two_masks(), np.zeros((3, 4))), "got boxes of .*; want one for each mask, 2"),
         (
             (two_masks(), [[1, 2, 0, 4], [0, 0, 1, 1]]),
-            "got a box from .*; want x1, y1, x2, y2 with x1 <= x2",
+            "got a box from .*; want finite x1, y1, x2, y2 with x1 <= x2",
         ),
         (
             (two_masks(), [[np.nan, 2, 3, 4], [0, 0, 1, 1]]),
-            "got a box with a side at nan; want finite",
+            "got a box from .nan, 2. to .*; want finite x1",
         ),
         ((two_masks(), None, [0.5, 1]), "got a class id of 0.5; want whole numbers"),
         ((two_masks(), None, [1]), "got class_ids of .*; want one for each instance, 2"),

@@ -17,7 +17,7 @@ def resident_bytes():
 
 
 def test_calls_leave_no_memory_behind(scene):
-    filter = dynfilter.DynamicFilter(paper=dynfilter.EdgeCompensatorOptions(samples=10))
+    filter = dynfilter.DynamicFilter(half_width_m=0.4)
     descriptors = np.zeros((len(scene.points), 32), np.uint8)
     masks = scene.mask[None]
 

@@ -89,7 +89,7 @@ def test_masks_are_written_and_read(scene, tmp_path):
         writer.add(masks, *["2.50"][: int(time_s) - 1])
     with pytest.raises(ValueError, match="stem"):
         writer.add(masks, "person")
-    assert len(writer) == 2 and repr(writer) == "MaskFolderWriter(2 frames)"
+    assert len(writer) == 2
     assert not list(tmp_path.glob("masks/*.png"))
     writer.finish()
     assert {path.name for path in tmp_path.glob("masks/*.png")} == {"1.500000.png", "2.50.png"}
