@@ -174,7 +174,7 @@ def worst_frames(runs):
         worst = np.argsort(run.column(key) if key == "kept" else -run.column(key), kind="stable")[:3]
         what = key.replace("_", " ")
         names = ", ".join(f"{html.escape(run.rows[i]['frame'])} ({run.rows[i][key]} {what})" for i in worst)
-        files = [run.folder / name for name in ("worst_frame.jpg", "contact_sheet.png")]
+        files = [run.folder / "worst_frame.jpg", *sorted((run.folder / "overlays").glob("*.png"))]
         shown = next((embedded(file.read_bytes()) for file in files if file.is_file()), "")
         figures.append(f"<figure>{shown}<figcaption><b>{html.escape(run.rule)}</b>: {names}</figcaption></figure>")
     return '<h3>The worst frames</h3><div class="row">' + "".join(figures) + "</div>"

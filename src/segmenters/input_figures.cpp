@@ -53,19 +53,19 @@ void InputChecks::look_at_image(const FrameView& frame, Figures& figures) {
 void InputChecks::look_at_depth(const FrameView& frame, Figures& figures) {
   if (frame.depth.empty()) return;
   std::vector<double> now, depths;
-  figures.left = figures.right = figures.top = figures.bottom = 1;
+  cv::Rect2d seen;  // of the grid
   for (int k = 0; k < grid_places; ++k) {
     now.push_back(frame.depth_m(grid_pixel(k, frame.depth.size())).value_or(0));
     if (now.back() == 0) continue;
     depths.push_back(now.back());
-    const double column = k % grid_columns, row = k / grid_columns;
-    figures.left = std::min(figures.left, column / grid_columns);
-    figures.right = std::min(figures.right, 1 - (column + 1) / grid_columns);
-    figures.top = std::min(figures.top, row / grid_rows);
-    figures.bottom = std::min(figures.bottom, 1 - (row + 1) / grid_rows);
+    seen |= cv::Rect2d(k % grid_columns, k / grid_columns, 1, 1);
   }
   figures.missing = 1 - static_cast<double>(depths.size()) / grid_places;
   if (depths.size() < 50) return;
+  figures.left = seen.x / grid_columns;
+  figures.right = 1 - seen.br().x / grid_columns;
+  figures.top = seen.y / grid_rows;
+  figures.bottom = 1 - seen.br().y / grid_rows;
   figures.repeats_depth = now == depths_;
   depths_ = now;
   std::sort(depths.begin(), depths.end());
@@ -151,39 +151,34 @@ void InputChecks::look_at_person(const FrameView& frame, const Instance& person,
       camera_.fx > 0 ? camera_.fx : 0.85 * size_.width;  // as most RGB-D cameras
   figures.people_m = std::sqrt(count / grid_places * size_.area()) * depth_m / focal_px;
   const int step = std::max(1, size_.width / 160), reach = 10;
+  double known = 0, alike = 0, apart = 0, nearer = 0;  // places around the person
   const auto fit = [&](int dx, int dy) {
-    double known = 0, alike = 0;
+    known = alike = apart = nearer = 0;
     for (int y = box.y - reach * step; y < box.br().y + reach * step; y += 2 * step) {
       for (int x = box.x - reach * step; x < box.br().x + reach * step; x += 2 * step) {
         const auto there_m = frame.depth_m({x + dx * step, y + dy * step});
         if (!there_m) continue;
+        const bool is_near = std::abs(*there_m - depth_m) < half_m, is_on = person.covers({x, y});
         ++known;
-        alike += (std::abs(*there_m - depth_m) < half_m) == person.covers({x, y}) ? 1 : 0;
+        alike += is_near == is_on ? 1 : 0;
+        if (is_near || is_on) continue;
+        ++apart;
+        nearer += *there_m < depth_m ? 1 : 0;
       }
     }
     return alike / std::max(1.0, known);
   };
   cv::Point best(0, 0);
-  double best_fit = fit(0, 0);
+  figures.fit = fit(0, 0);
+  if (apart > 20 && figures.fit > min_fit) figures.nearer = nearer / apart;
   const auto look = [&](int dx, int dy) {
     const double now = fit(dx, dy);
-    if (now > best_fit) best = {dx, dy};
-    best_fit = std::max(now, best_fit);
+    if (now > figures.fit) best = {dx, dy};
+    figures.fit = std::max(now, figures.fit);
   };
-  double nearer = 0, apart = 0;  // places around the person
-  for (int y = box.y - reach * step; y < box.br().y + reach * step; y += 2 * step) {
-    for (int x = box.x - reach * step; x < box.br().x + reach * step; x += 2 * step) {
-      const auto there_m = frame.depth_m({x, y});
-      if (!there_m || person.covers({x, y}) || std::abs(*there_m - depth_m) < half_m) continue;
-      ++apart;
-      nearer += *there_m < depth_m ? 1 : 0;
-    }
-  }
-  if (apart > 20 && best_fit > min_fit) figures.nearer = nearer / apart;
   for (int dx = -reach; dx <= reach; ++dx) look(dx, 0);
   const int across = best.x;
   for (int dy = -reach; dy <= reach; ++dy) look(across, dy);
-  figures.fit = best_fit;
   figures.shift_x = 640.0 / size_.width * step * best.x;
   figures.shift_y = 640.0 / size_.width * step * best.y;
   figures.distance = std::hypot(figures.shift_x, figures.shift_y / 2);

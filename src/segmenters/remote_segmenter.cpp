@@ -45,7 +45,7 @@ class RemoteChannel {
   }
 
   Segmentation exchange(const FrameView& frame) {
-    const Deadline deadline(options_.timeout_s, options_.stop);
+    const Deadline deadline(options_.timeout_s);
     try {
       const Message reply = ask(frame, deadline);
       if (reply.header.type == MessageType::error) {
@@ -60,10 +60,6 @@ class RemoteChannel {
       throw_file_error(path_, error.what());
     } catch (const TimeIsUp& error) {
       // Keeps the connection in a state in which the next call can continue.
-      if (deadline.is_stopped()) {
-        throw_file_error(path_, concatenate("the wait for the masks of frame ", frame.id,
-                                            " was stopped by the caller"));
-      }
       throw_file_error(path_, concatenate("no masks of frame ", frame.id, " within ",
                                           options_.timeout_s, " s: ", error.what()));
     }

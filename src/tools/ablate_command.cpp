@@ -6,25 +6,23 @@
 #include <cstdio>
 #include <filesystem>
 #include <future>
-#include <map>
 #include <memory>
 #include <optional>
+#include <regex>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "ablation_tables.hpp"
 #include "commands.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "inputs.hpp"
 #include "lab/scenes/scene_levels.hpp"
-#include "number_options.hpp"
 #include "progress_bar.hpp"
 #include "rule_run.hpp"
 #include "rule_set.hpp"
-#include "scene_spec.hpp"
 #include "shared_options.hpp"
 #include "source_checks.hpp"
 
@@ -44,56 +42,45 @@ std::filesystem::path folder_of(const AblationPlan& plan, const SceneSpec& scene
   return plan.out / scene.name().name / rule;
 }
 
-/// Facts about a scene that are needed before its turn.
-struct Outline {
+/// Refuses what would fail in the midst of the work: scenes of one name, files that cannot be read,
+/// and folders of results that would touch a scene's input. Prints notes about the scenes. Returns
+/// the number of their frames.
+std::size_t checked_frame_count(const AblationPlan& plan) {
+  Inputs inputs;
   std::size_t frames = 0;
-  bool has_true_masks = false;
-  std::string note;
-};
-
-/// Outlines every scene, in order, and notes what all of them read. Opens one scene of each group,
-/// because scenes of a level differ only in their seed. So an error in the last scene shows before
-/// the first one starts.
-std::vector<Outline> outlines_of(const AblationPlan& plan, Inputs& inputs) {
-  std::map<std::string, Outline> outline_by_group;
-  std::vector<Outline> outlines;
+  std::set<std::string> names, notes;  // a sequence in several degradations has one note
   for (const SceneSpec& scene : plan.scenes) {
-    const auto [outline, is_new] = outline_by_group.emplace(scene.name().group, Outline());
-    if (is_new) {
-      const std::unique_ptr<FrameSource> source = scene.open(plan.settings.truth);
-      require_masks(*source, plan.settings.every);
-      source->read(0);
-      outline->second = {source->size(), source->has_true_masks(), source->note()};
-      source->add_inputs(inputs);
+    const std::string name = scene.name().name;
+    if (!names.insert(name).second) {
+      detail::throw_misuse("ablate", "two scenes named " + name,
+                           "different names: they identify the results");
     }
-    outlines.push_back(outline->second);
+    if (!scene.level.empty()) {
+      frames += static_cast<std::size_t>(scene.level_options().frames);
+      continue;
+    }
+    const std::unique_ptr<FrameSource> source = scene.open(plan.settings.truth);
+    require_masks(*source, plan.settings.every);
+    source->read(0);
+    source->add_inputs(inputs);
+    frames += source->size();
+    if (!source->facts().note.empty()) notes.insert(source->facts().note);
   }
-  return outlines;
-}
-
-std::vector<std::string> rules_for(const AblationPlan& plan, bool has_true_masks) {
-  std::vector<std::string> rules;
-  for (const std::string& rule : plan.rules) {
-    const bool needs_them = needs_true_masks(rule_info(rule), plan.settings.truth);
-    if (!needs_them || has_true_masks) rules.push_back(rule);
-  }
-  return rules;
-}
-
-/// Refuses folders of results in which a job would touch what it reads.
-void require_harmless_jobs(const AblationPlan& plan, const std::vector<Outline>& outlines,
-                           const Inputs& inputs) {
-  for (std::size_t i = 0; i < outlines.size(); ++i) {
-    for (const std::string& rule : rules_for(plan, outlines[i].has_true_masks)) {
-      inputs.require_harmless(folder_of(plan, plan.scenes[i], rule), run_writer, true);
+  for (const SceneSpec& scene : plan.scenes) {
+    for (const std::string& rule : plan.rules) {
+      inputs.require_harmless(folder_of(plan, scene, rule), run_writer, true);
     }
   }
+  for (const std::string& note : notes) std::fprintf(stderr, "%s\n", note.c_str());
+  return frames;
 }
 
 std::vector<RunRecord> run_scene(const AblationPlan& plan, const SceneSpec& scene,
                                  FrameSource& source, ProgressBar& progress) {
   std::vector<std::unique_ptr<RuleRun>> runs;
-  for (const std::string& rule : rules_for(plan, source.has_true_masks())) {
+  for (const std::string& rule : plan.rules) {
+    const bool has_truth = source.facts().has_true_masks;
+    if (needs_true_masks(rule_info(rule), plan.settings.truth) && !has_truth) continue;
     runs.push_back(std::make_unique<RuleRun>(rule_info(rule), scene, source, plan.settings,
                                              folder_of(plan, scene, rule)));
   }
@@ -119,32 +106,10 @@ std::vector<RunRecord> run_scene(const AblationPlan& plan, const SceneSpec& scen
   return results;
 }
 
-void require_different_names(const AblationPlan& plan) {
-  std::set<std::string> names;
-  for (const SceneSpec& scene : plan.scenes) {
-    const std::string name = scene.name().name;
-    if (names.insert(name).second) continue;
-    detail::throw_misuse("ablate", "two scenes named " + name,
-                         "different names: they identify the results");
-  }
-}
-
 /// Runs every scene under every rule, and returns the results in this order. Reads each scene's
-/// frames and extracts their features once for all rules, which run side by side. Before the first
-/// run, refuses scenes of one name and folders of results that would touch a scene's input.
+/// frames and extracts their features once for all rules, which run side by side.
 std::vector<RunRecord> run_all(const AblationPlan& plan) {
-  require_different_names(plan);
-  Inputs inputs;
-  const std::vector<Outline> outlines = outlines_of(plan, inputs);
-  require_harmless_jobs(plan, outlines, inputs);
-  std::size_t frames = 0;
-  std::set<std::string> notes;  // a sequence in several degradations has one note
-  for (const Outline& outline : outlines) {
-    frames += outline.frames;
-    if (!outline.note.empty()) notes.insert(outline.note);
-  }
-  for (const std::string& note : notes) std::fprintf(stderr, "%s\n", note.c_str());
-  ProgressBar progress("filtering", frames);
+  ProgressBar progress("filtering", checked_frame_count(plan));
   std::vector<RunRecord> results;
   for (const SceneSpec& scene : plan.scenes) {
     for (RunRecord& result : run_scene(plan, scene, *scene.open(plan.settings.truth), progress)) {
@@ -165,14 +130,24 @@ struct AblateOptions {
   AblationPlan plan;
 };
 
-constexpr std::size_t max_seeds = 10000;
-
+/// Parses numbers and ascending ranges, at most 10000 seeds.
 std::vector<std::uint64_t> seeds_of(const std::string& text) {
-  const auto seeds = parse_number_list(text, max_seeds);
-  if (seeds) return *seeds;
-  detail::throw_misuse("ablate", "--seeds " + text,
-                       detail::concatenate("numbers and ascending ranges, at most ", max_seeds,
-                                           " seeds, such as 1-5 or 1,3,8-10"));
+  static const std::regex range("(\\d{1,9})(-(\\d{1,9}))?");
+  std::vector<std::uint64_t> seeds;
+  std::istringstream ranges(text);
+  for (std::string one; std::getline(ranges, one, ',');) {
+    std::smatch match;
+    const bool is_range = std::regex_match(one, match, range);
+    const std::uint64_t first = is_range ? std::stoull(match[1]) : 1;
+    const std::uint64_t last = is_range && match[3].matched ? std::stoull(match[3]) : first;
+    if (!is_range || last < first || last - first >= 10000 - seeds.size()) {
+      detail::throw_misuse(
+          "ablate", "--seeds " + text,
+          "numbers and ascending ranges, at most 10000 seeds, such as 1-5 or 1,3,8-10");
+    }
+    for (std::uint64_t seed = first; seed <= last; ++seed) seeds.push_back(seed);
+  }
+  return seeds;
 }
 
 AblationPlan plan_of(const AblateOptions& options) {
@@ -209,9 +184,7 @@ AblationPlan plan_of(const AblateOptions& options) {
 void ablate(const AblateOptions& options) {
   const AblationPlan plan = plan_of(options);
   const std::vector<RunRecord> results = run_all(plan);
-  for (const Table& table : ablation_tables(results, plan.settings.truth)) {
-    std::printf("%s\n", text_of(table).c_str());
-  }
+  std::printf("%s", ablation_tables(results, plan.settings.truth).c_str());
   std::set<std::string> scenes;
   for (const RunRecord& result : results) {
     const std::string& name = result.scene.name;

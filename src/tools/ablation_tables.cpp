@@ -1,8 +1,6 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "ablation_tables.hpp"
-
 #include <algorithm>
 #include <functional>
 #include <utility>
@@ -10,6 +8,7 @@
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/evaluation/trajectory_errors.hpp"
 #include "rule_set.hpp"
+#include "run_record.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -17,6 +16,13 @@ namespace {
 using detail::fixed_decimals;
 using Runs = std::vector<const RunRecord*>;
 using Figure = std::function<std::optional<double>(const RunRecord&)>;
+
+/// A table for people: the first column names the row.
+struct Table {
+  std::string title;
+  std::vector<std::string> header;
+  std::vector<std::vector<std::string>> rows;  // as many cells as the header
+};
 
 /// The runs of one group by rule, in the tables' order of rules.
 struct Group {
@@ -29,12 +35,6 @@ struct Group {
       if (of_rule == rule) return runs;
     }
     return {};
-  }
-
-  std::size_t scenes() const {
-    std::size_t scenes = 0;
-    for (const auto& [rule, runs] : rules) scenes = std::max(scenes, runs.size());
-    return scenes;
   }
 };
 
@@ -111,10 +111,11 @@ std::optional<double> fewest_kept(const RunRecord& run) {
   return static_cast<double>(run.fewest_kept());
 }
 
-/// Returns the share of the frames that the odometry lost.
-std::optional<double> lost_percent(const RunRecord& run) {
+/// Returns the share of the frames that the odometry tracked.
+std::optional<double> tracked_percent(const RunRecord& run) {
   if (!run.trajectory) return {};
-  return 100.0 * static_cast<double>(run.lost_frames()) / static_cast<double>(run.frames.size());
+  const auto frames = static_cast<double>(run.frames.size());
+  return 100 - 100 * static_cast<double>(run.lost_frames()) / frames;
 }
 
 /// Returns the RMSE of an error of the odometry.
@@ -127,73 +128,19 @@ Figure rmse(std::optional<ErrorSummary> TrajectoryRecord::*errors) {
 
 const Figure ate_m = rmse(&TrajectoryRecord::ate_m);
 
-/// Formats the ratios of the ATE to that of another rule on the same scene.
-std::string ate_over(const std::string& rule, const Runs& runs, const Group& group) {
+/// Formats the ratios of the ATE to that of masks alone on the same scene.
+std::string ate_over_masks(const Runs& runs, const Group& group) {
+  const Runs masks = group.under("mask");
   const Figure ratio = [&](const RunRecord& run) -> std::optional<double> {
-    for (const RunRecord* bound : group.under(rule)) {
-      const auto own = ate_m(run), other = ate_m(*bound);
-      if (bound->scene.name == run.scene.name && own && other.value_or(0) > 0) return *own / *other;
+    for (const RunRecord* other : masks) {
+      const auto own_m = ate_m(run), other_m = ate_m(*other);
+      if (other->scene.name == run.scene.name && own_m && other_m.value_or(0) > 0) {
+        return *own_m / *other_m;
+      }
     }
     return {};
   };
   return spread(values_of(runs, ratio), 2);
-}
-
-/// A column of a group's table.
-struct Column {
-  std::string header;
-  std::function<std::string(const Runs&, const Group&)> cell;
-};
-
-Column column(std::string header, const Figure& figure, int decimals) {
-  return {std::move(header), [=](const Runs& runs, const Group&) {
-            return spread(values_of(runs, figure), decimals);
-          }};
-}
-
-/// A column of the ATE over that of another rule.
-Column over_column(const std::string& rule) {
-  return {"over " + rule,
-          [rule](const Runs& runs, const Group& group) { return ate_over(rule, runs, group); }};
-}
-
-/// Makes a table with a row for each rule. Columns without a figure are left out.
-Table table_of(const Group& group, const std::string& what, const std::vector<Column>& columns) {
-  const std::size_t scenes = group.scenes();
-  const std::string count = scenes == 1 ? "" : ", " + std::to_string(scenes) + " scenes";
-  Table table{group.name + count + ": " + what, {"rule"}, {}};
-  for (const auto& [rule, runs] : group.rules) {
-    const bool is_everywhere = runs.size() == scenes;
-    table.rows.push_back({is_everywhere ? rule : rule + " [" + std::to_string(runs.size()) + "]"});
-  }
-  for (const Column& column : columns) {
-    std::vector<std::string> cells;
-    for (const auto& [rule, runs] : group.rules) cells.push_back(column.cell(runs, group));
-    const auto is_dash = [](const std::string& cell) { return cell == "-"; };
-    if (std::all_of(cells.begin(), cells.end(), is_dash)) continue;
-    table.header.push_back(column.header);
-    for (std::size_t i = 0; i < cells.size(); ++i) table.rows[i].push_back(cells[i]);
-  }
-  return table;
-}
-
-Table feature_table(const Group& group) {
-  return table_of(group, "features a frame",
-                  {column("dynamic left", per_frame(&FeatureScores::dynamic_left), 1),
-                   column("worst left", worst(&FeatureScores::dynamic_left), 0),
-                   column("static removed", per_frame(&FeatureScores::static_removed), 1),
-                   column("worst removed", worst(&FeatureScores::static_removed), 0),
-                   column("with depth", per_frame(&FeatureScores::static_removed_with_depth), 1),
-                   column("rim removed", per_frame(&FeatureScores::rim_removed), 1),
-                   column("kept", kept_per_frame, 0), column("at the fewest", fewest_kept, 0)});
-}
-
-Table trajectory_table(const Group& group) {
-  return table_of(group, "the odometry's RMSE",
-                  {column("lost %", lost_percent, 1), column("ATE m", ate_m, 4),
-                   over_column("mask"), over_column("perfect"),
-                   column("RPE m in 1 s", rmse(&TrajectoryRecord::rpe_translation_m), 4),
-                   column("RPE deg in 1 s", rmse(&TrajectoryRecord::rpe_rotation_deg), 3)});
 }
 
 /// Makes a table with one row a rule and one column a group. Rows without a figure are left out.
@@ -210,31 +157,20 @@ Table overview(const std::vector<Group>& groups, const std::string& title, const
   return table;
 }
 
-Table feature_overview(const std::vector<Group>& groups) {
-  return overview(groups, "all: dynamic left / static removed a frame, medians over scenes",
-                  [](const Runs& runs, const Group&) {
-                    const std::string left =
-                        median_text(values_of(runs, per_frame(&FeatureScores::dynamic_left)), 1);
-                    if (left == "-") return left;
-                    const Figure removed = per_frame(&FeatureScores::static_removed);
-                    return left + " / " + median_text(values_of(runs, removed), 1);
-                  });
-}
+/// A figure and its decimals.
+struct Column {
+  Figure figure;
+  int decimals;
+};
 
-Table trajectory_overview(const std::vector<Group>& groups) {
-  return overview(groups, "all: RMSE of the ATE in m / frames tracked in %, medians over scenes",
-                  [](const Runs& runs, const Group&) -> std::string {
-                    const auto lost = values_of(runs, lost_percent);
-                    if (lost.empty()) return "-";
-                    return median_text(values_of(runs, ate_m), 4) + " / " +
-                           fixed_decimals(100 - median(lost), 0);
-                  });
-}
-
-Table ratio_overview(const std::vector<Group>& groups, const std::string& rule) {
-  return overview(
-      groups, "all: ATE over that of rule " + rule + ", medians over scenes",
-      [&rule](const Runs& runs, const Group& group) { return ate_over(rule, runs, group); });
+/// Makes an overview of the medians of two figures.
+Table pairs(const std::vector<Group>& groups, const std::string& title, const Column& first,
+            const Column& second) {
+  return overview(groups, title, [&](const Runs& runs, const Group&) {
+    const std::string one = median_text(values_of(runs, first.figure), first.decimals);
+    const std::string other = median_text(values_of(runs, second.figure), second.decimals);
+    return one == "-" && other == "-" ? one : one + " / " + other;
+  });
 }
 
 Table paper_table(const std::vector<Group>& groups) {
@@ -252,8 +188,7 @@ Table paper_table(const std::vector<Group>& groups) {
   return table;
 }
 
-}  // namespace
-
+/// Formats the table: first column left-aligned, the others right-aligned.
 std::string text_of(const Table& table) {
   std::vector<std::size_t> widths;
   for (std::size_t k = 0; k < table.header.size(); ++k) {
@@ -274,25 +209,32 @@ std::string text_of(const Table& table) {
   return text;
 }
 
-std::vector<Table> ablation_tables(const std::vector<RunRecord>& runs, Truth truth) {
+}  // namespace
+
+std::string ablation_tables(const std::vector<RunRecord>& runs, Truth truth) {
   const std::vector<Group> groups = grouped(runs);
-  std::vector<Table> tables;
+  std::string text;
   const auto add = [&](Table table) {
-    if (table.header.size() > 1 && !table.rows.empty()) tables.push_back(std::move(table));
+    if (table.header.size() <= 1 || table.rows.empty()) return;
+    if (truth == Truth::by_motion) table.title += ", truth by motion";
+    text += text_of(table) + '\n';
   };
-  for (const Group& group : groups) {
-    add(feature_table(group));
-    add(trajectory_table(group));
-  }
-  if (groups.size() > 1) {
-    add(feature_overview(groups));
-    add(trajectory_overview(groups));
-    add(ratio_overview(groups, "mask"));
-    add(ratio_overview(groups, "perfect"));
-  }
+  const std::string medians = ", medians over scenes";
+  add(pairs(groups, "all: dynamic left / static removed a frame" + medians,
+            {per_frame(&FeatureScores::dynamic_left), 1},
+            {per_frame(&FeatureScores::static_removed), 1}));
+  add(pairs(groups, "all: dynamic left / static removed in a worst frame of a hundred" + medians,
+            {worst(&FeatureScores::dynamic_left), 0}, {worst(&FeatureScores::static_removed), 0}));
+  add(pairs(groups, "all: features kept a frame / at the fewest" + medians, {kept_per_frame, 0},
+            {fewest_kept, 0}));
+  add(pairs(groups, "all: RMSE of the ATE in m / frames tracked in %" + medians, {ate_m, 4},
+            {tracked_percent, 0}));
+  add(overview(groups, "all: ATE over that of rule mask" + medians, ate_over_masks));
+  add(pairs(groups, "all: RPE over 1 s, RMSE in m / deg" + medians,
+            {rmse(&TrajectoryRecord::rpe_translation_m), 4},
+            {rmse(&TrajectoryRecord::rpe_rotation_deg), 3}));
   add(paper_table(groups));
-  for (Table& table : tables) table.title += truth == Truth::by_motion ? ", truth by motion" : "";
-  return tables;
+  return text;
 }
 
 }  // namespace dynfilter::tools

@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdio>
 #include <exception>
@@ -33,8 +32,8 @@
 namespace dynfilter::tools {
 namespace {
 
-constexpr std::size_t first_frames = 150;  // that are looked at, for depth out of step
-constexpr std::size_t later_frames = 30;   // that are looked at, evenly spread
+constexpr std::size_t checked_frames = 150;  // the first ones
+constexpr std::size_t checked_masks = 30;    // of a folder without a sequence
 
 struct DoctorOptions {
   std::filesystem::path sequence, camera, settings;
@@ -61,36 +60,28 @@ struct Findings {
   bool is_broken = false;
 };
 
-/// Returns the indices of the frames to look at.
-std::vector<std::size_t> sampled_frames(std::size_t size) {
-  std::vector<std::size_t> frames;
-  for (std::size_t i = 0; i < std::min(size, first_frames); ++i) frames.push_back(i);
-  const std::size_t step = std::max<std::size_t>(1, (size - frames.size()) / later_frames);
-  for (std::size_t i = first_frames; i < size; i += step) frames.push_back(i);
-  return frames;
-}
-
 void add_findings(const std::vector<InputFinding>& findings, Findings& found) {
   for (const auto& [check, sentence, is_hopeless] : findings) {
     found.add(is_hopeless ? Verdict::broken : Verdict::odd, check + ": " + sentence);
   }
 }
 
-/// Runs the checks over the frames that can be read and have masks.
+/// Runs the checks over the first frames that can be read and have masks.
 void check_frames(FrameSource& source, Findings& found) {
   const RunSettings settings;
   SourceChecks checks(source, settings);
   const odometry::OrbExtractor extractor(settings.features);
-  const std::vector<std::size_t> frames = sampled_frames(source.size());
   std::vector<std::string> errors;
-  std::size_t without_masks = 0;
-  for (const std::size_t i : frames) {
+  std::size_t looked_at = 0, without_masks = 0;
+  for (std::size_t i = 0; i < source.size(); ++i) {
     try {
       source.require_masks(i);
     } catch (const std::exception&) {
       ++without_masks;
       continue;
     }
+    if (looked_at == checked_frames) continue;
+    ++looked_at;
     try {
       const SourceFrame frame = source.read(i);
       checks.add(frame, frame.masks, extract_features(extractor, frame.frame.image).keypoints);
@@ -98,7 +89,7 @@ void check_frames(FrameSource& source, Findings& found) {
       errors.emplace_back(error.what());
     }
   }
-  if (errors.size() == frames.size()) {
+  if (!errors.empty() && errors.size() == looked_at) {
     found.add(Verdict::broken, errors.front() + "; so it is with every frame that was looked at",
               "is the camera file another camera's? If not, see how the images were exported");
     return;
@@ -108,39 +99,38 @@ void check_frames(FrameSource& source, Findings& found) {
   }
   if (without_masks > 0) {
     found.add(Verdict::broken,
-              detail::concatenate(without_masks, " of ", frames.size(), " frames have no mask"),
+              detail::concatenate(without_masks, " of ", source.size(), " frames have no mask"),
               "masks are named by their images' times; `dynfilter masks` makes them, and `run` "
               "stops where one is missing");
   }
-  found.add(Verdict::fine, detail::concatenate(frames.size() - without_masks - errors.size(),
-                                               " of ", source.size(), " frames were checked"));
+  found.add(Verdict::fine, detail::concatenate(looked_at - errors.size(), " of ", source.size(),
+                                               " frames were checked"));
   add_findings(checks.findings(), found);
 }
 
 /// Runs a check. An exception is its last finding.
 template <class Check>
-void run_check(Findings& found, const std::string& mend, const Check& check) {
+void run_check(Findings& found, const Check& check) {
   try {
     check();
   } catch (const std::exception& error) {
-    found.add(Verdict::broken, error.what(), mend);
+    found.add(Verdict::broken, error.what());
   }
 }
 
 Findings examine_sequence(const DoctorOptions& options) {
   Findings found;
-  const std::filesystem::path& folder = options.sequence;
-  run_check(found, "", [&] {
-    SequenceSpec spec;
-    spec.sequence = folder;
-    spec.camera = options.camera;
-    const auto source = open_sequence(spec);
-    if (!source->note().empty()) found.add(Verdict::odd, source->note());
-    if (!source->has_depth()) {
+  run_check(found, [&] {
+    SceneSpec scene;
+    scene.sequence = options.sequence;
+    scene.camera = options.camera;
+    const auto source = scene.open(Truth::by_class);
+    if (!source->facts().note.empty()) found.add(Verdict::odd, source->facts().note);
+    if (!source->facts().has_depth) {
       found.add(Verdict::odd, "no depth images",
                 "the rules paper and depth abstain; add depth.txt, or expect masks alone");
     }
-    if (source->masks_name().empty()) {
+    if (source->facts().masks_name.empty()) {
       found.add(Verdict::odd, "no masks/", "make masks, see `dynfilter masks --help`");
     }
     check_frames(*source, found);
@@ -157,7 +147,7 @@ void check_mask_files(const detail::PluginSettings& settings, MaskFolderSegmente
   for (const auto& entry : std::filesystem::directory_iterator(settings.mask_folder)) {
     FrameView frame;
     const auto time_s = detail::parse_number(entry.path().stem().string());
-    if (checks.frames() == later_frames || !time_s || !masks.has_mask(*time_s)) continue;
+    if (checks.frames() == checked_masks || !time_s || !masks.has_mask(*time_s)) continue;
     frame.timestamp_s = *time_s;
     checks.add(frame, masks.segment(frame), {});
   }
@@ -199,7 +189,7 @@ void check_settings(const std::string& file, const std::string& prefix, Findings
 /// camera, if there are any. Asks no other process.
 Findings examine_settings(const std::filesystem::path& file) {
   Findings found;
-  run_check(found, "", [&] {
+  run_check(found, [&] {
     check_settings(file.string(), "dynfilter", found);
     bool has_right = false;
     std::ifstream lines(file);
@@ -223,18 +213,15 @@ void print_build() {
 #endif
 }
 
-/// Prints the findings about a path, and adds it to the unusable ones if it is broken.
-void report(const std::filesystem::path& path, const Findings& found, std::string& unusable) {
-  std::printf("\n%s\n%s", path.c_str(), found.text.c_str());
-  if (found.is_broken) unusable += (unusable.empty() ? "" : " and ") + path.string();
-}
-
 void doctor(const DoctorOptions& options) {
   print_build();
   std::string unusable;
-  if (!options.sequence.empty()) report(options.sequence, examine_sequence(options), unusable);
-  const std::filesystem::path& settings = options.settings;
-  if (!settings.empty()) report(settings, examine_settings(settings), unusable);
+  const auto report = [&](const std::filesystem::path& path, const Findings& found) {
+    std::printf("\n%s\n%s", path.c_str(), found.text.c_str());
+    if (found.is_broken) unusable += (unusable.empty() ? "" : " and ") + path.string();
+  };
+  if (!options.sequence.empty()) report(options.sequence, examine_sequence(options));
+  if (!options.settings.empty()) report(options.settings, examine_settings(options.settings));
   std::fflush(stdout);  // before the error that refers to it
   if (!unusable.empty()) throw std::runtime_error(unusable + " cannot be used as it is, see above");
 }

@@ -11,13 +11,12 @@
 #include <utility>
 #include <vector>
 
-#include <nlohmann/json.hpp>
+#include <CLI/CLI.hpp>
 
 #include "commands.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/evaluation/trajectory_errors.hpp"
-#include "inputs.hpp"
-#include "number_options.hpp"
+#include "io/file_error.hpp"
 #include "trajectory_note.hpp"
 
 namespace dynfilter::tools {
@@ -26,7 +25,6 @@ namespace {
 struct EvalOptions {
   std::filesystem::path estimate;
   std::filesystem::path truth;
-  std::filesystem::path json;  // empty: none
   AbsoluteErrorOptions absolute;
   RelativeErrorOptions relative;
 };
@@ -116,21 +114,7 @@ Evaluation evaluate(const EvalOptions& options) {
   return evaluation;
 }
 
-nlohmann::ordered_json json_of(const Evaluation& evaluation) {
-  nlohmann::ordered_json json;
-  for (const auto& [name, value] : evaluation.figures) {
-    if (is_count(name)) {
-      json[name] = static_cast<std::size_t>(value);
-    } else {
-      json[name] = value;
-    }
-  }
-  for (const auto& [name, reason] : evaluation.missing) json["missing"][name] = reason;
-  return json;
-}
-
 void report(const EvalOptions& options) {
-  if (!options.json.empty()) require_replaceable(options.json, json_beginning("eval"));
   const Evaluation evaluation = evaluate(options);
   for (const auto& [name, value] : evaluation.figures) {
     std::printf(is_count(name) ? "%-36s %.0f\n" : "%-36s %.6f\n", name.c_str(), value);
@@ -139,7 +123,6 @@ void report(const EvalOptions& options) {
     std::fprintf(stderr, "no %s: %s\n", name.c_str(), reason.c_str());
   }
   if (evaluation.figures.empty()) throw std::runtime_error("eval: there is no figure to print");
-  if (!options.json.empty()) write_json(options.json, "eval", json_of(evaluation));
 }
 
 }  // namespace
@@ -160,19 +143,14 @@ void add_eval_command(CLI::App& program) {
   command
       ->add_option("--max-difference", options->absolute.max_time_difference_s,
                    "largest difference in time of an estimated and a true pose, seconds")
-      ->check(real_number(0, 10))
+      ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str();
   command->add_flag("--scale", options->absolute.with_scale, "align the scale too (mono)");
   command
       ->add_option("--frames", options->relative.interval_frames,
                    "interval of the relative error in poses, instead of 1 s; 1 = frame to frame")
-      ->transform(whole_number(1, 1000000));
-  command->add_option("--json", options->json,
-                      "also write the figures to this file; replaces an earlier one of this kind");
-  command->footer(
-      "examples:\n"
-      "  dynfilter eval CameraTrajectory.txt groundtruth.txt\n"
-      "  dynfilter eval CameraTrajectory.txt groundtruth.txt --json errors.json");
+      ->check(CLI::Range(1, 1000000));
+  command->footer("example: dynfilter eval CameraTrajectory.txt groundtruth.txt");
   command->callback([options] { report(*options); });
 }
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -15,39 +14,11 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "io/file_error.hpp"
-#include "lab/odometry/orb_extractor.hpp"
+#include "lab/scenes/scene_levels.hpp"
 #include "trajectory_note.hpp"
 
 namespace dynfilter::tools {
 namespace {
-
-/// Refuses images whose names cannot name their results.
-void require_plain_names(const RgbdSequence& sequence) {
-  std::map<std::string, std::filesystem::path> images;
-  for (std::size_t i = 0; i < sequence.size(); ++i) {
-    const RgbdSequenceEntry& entry = sequence.entry(i);
-    if (entry.stem.find_first_of(",\"") != std::string::npos) {
-      detail::throw_file_error(entry.image_path,
-                               "has a comma or a quote in its name, which frames.csv cannot hold; "
-                               "rename it");
-    }
-    const auto& image = images.emplace(entry.stem, entry.image_path).first->second;
-    if (image != entry.image_path) {
-      detail::throw_file_error(entry.image_path, "is called like " + image.string() +
-                                                     ", and results are named by their image; "
-                                                     "rename one of them");
-    }
-  }
-}
-
-/// Refuses an image that no ORB features can be looked for in.
-void require_pyramid(const std::filesystem::path& image, cv::Size size) {
-  constexpr int side = odometry::OrbExtractor::min_side_px;
-  if (std::min(size.width, size.height) >= side) return;
-  detail::throw_file_error(image, detail::size_name(size) +
-                                      " pixels, too few to look for ORB features; want at least " +
-                                      detail::size_name(cv::Size(side, side)));
-}
 
 constexpr int erosion_px = 8;
 constexpr double cut_share = 0.2;
@@ -114,53 +85,40 @@ Segmentation persons_of(Segmentation segmentation) {
 
 class Recording final : public FrameSource {
  public:
-  explicit Recording(const SequenceSpec& spec)
+  Recording(const SceneSpec& spec, Truth truth)
       : sequence_(spec.sequence, {0.02, spec.camera, spec.depth_offset_s}),
         camera_file_(spec.camera),
         degraded_(spec.degraded) {
+    facts_.frames = sequence_.size();
+    facts_.camera = sequence_.camera();
+    facts_.has_depth = sequence_.has_depth();
+    facts_.depth_offset_s = sequence_.depth_offset_s();
     const auto given = spec.masks.empty() ? sequence_.masks_folder() : spec.masks;
     if (given && spec.reads_masks) {
       masks_.emplace(*given, mask_options(sequence_));
       masks_folder_ = *given;
-      masks_name_ = given->string() + (degraded_.empty() ? "" : ", " + degraded_);
+      facts_.masks_name = given->string() + (degraded_.empty() ? "" : ", " + degraded_);
     }
-    if (!degraded_.empty() && !masks_) throw std::runtime_error("there are no masks to degrade");
-    require_plain_names(sequence_);
-    if (const auto truth = sequence_.true_masks_folder()) {
-      true_masks_.emplace(*truth, mask_options(sequence_));
+    if (!degraded_.empty()) {
+      if (!masks_) throw std::runtime_error("there are no masks to degrade");
+      facts_.rim_px = degraded_rim_px;
     }
-    if (const auto truth = sequence_.groundtruth_file()) {
-      TrajectoryFile file = read_trajectory_file(*truth);
-      note_ = trajectory_note(*truth, file.flaws);
-      true_trajectory_ = std::move(file.trajectory);
+    if (const auto folder = sequence_.true_masks_folder()) {
+      true_masks_.emplace(*folder, mask_options(sequence_));
     }
-  }
-
-  std::size_t size() const override { return sequence_.size(); }
-  CameraParameters camera() const override { return sequence_.camera(); }
-  bool has_depth() const override { return sequence_.has_depth(); }
-  double depth_offset_s() const override { return sequence_.depth_offset_s(); }
-  bool has_true_masks() const override { return !degraded_.empty() || true_masks_.has_value(); }
-  std::string masks_name() const override { return masks_name_; }
-  double rim_px() const override { return degraded_.empty() ? exact_rim_px : degraded_rim_px; }
-
-  void pass_moving_masks() override {
-    const auto folder = sequence_.moving_masks_folder();
-    if (!folder) {
-      detail::throw_file_error(sequence_.folder() / "masks_moving",
-                               "there is no such folder; truth by motion needs the masks of what "
-                               "moves, as dynfilter synth writes them");
+    facts_.has_true_masks = true_masks_ || !degraded_.empty();
+    if (truth == Truth::by_motion) open_moving_masks();
+    if (const auto file = sequence_.groundtruth_file()) {
+      TrajectoryFile read = read_trajectory_file(*file);
+      facts_.note = trajectory_note(*file, read.flaws);
+      facts_.trajectory = std::move(read.trajectory);
     }
-    MaskFolderOptions options = mask_options(sequence_);
-    options.box_margin_px = 0;  // the masks are exact
-    moving_masks_.emplace(*folder, options);
   }
 
   SourceFrame read(std::size_t i) override {
     const RgbdSequenceEntry& entry = sequence_.entry(i);
-    SourceFrame frame{entry.stem, sequence_.read(i), entry.depth_timestamp_s, {}, {}, {}};
+    SourceFrame frame{entry.stem, sequence_.read(i), entry.depth_timestamp_s, {}, {}, {}, 0};
     const cv::Size size = frame.frame.image.size();
-    require_pyramid(entry.image_path, size);
     if (image_size_.empty()) image_size_ = size;
     if (size != image_size_) {
       detail::throw_file_error(entry.image_path, detail::size_name(size) +
@@ -181,8 +139,6 @@ class Recording final : public FrameSource {
     if (moving_masks_) require_mask(*moving_masks_, *sequence_.moving_masks_folder(), i);
   }
 
-  std::optional<Trajectory> true_trajectory() const override { return true_trajectory_; }
-  std::string note() const override { return note_; }
   std::vector<int> mask_values() const override {
     return masks_ ? masks_->values() : std::vector<int>();
   }
@@ -198,6 +154,18 @@ class Recording final : public FrameSource {
   }
 
  private:
+  void open_moving_masks() {
+    const auto folder = sequence_.moving_masks_folder();
+    if (!folder) {
+      detail::throw_file_error(sequence_.folder() / "masks_moving",
+                               "there is no such folder; truth by motion needs the masks of what "
+                               "moves, as dynfilter synth writes them");
+    }
+    MaskFolderOptions options = mask_options(sequence_);
+    options.box_margin_px = 0;  // the masks are exact
+    moving_masks_.emplace(*folder, options);
+  }
+
   void require_mask(const MaskFolderSegmenter& masks, const std::filesystem::path& folder,
                     std::size_t i) const {
     const RgbdSequenceEntry& entry = sequence_.entry(i);
@@ -225,14 +193,15 @@ class Recording final : public FrameSource {
   RgbdSequence sequence_;
   std::filesystem::path camera_file_, masks_folder_;  // empty if the sequence has none
   std::string degraded_;                              // how; empty: not at all
-  std::string masks_name_;
-  std::optional<MaskFolderSegmenter> masks_;
-  std::optional<MaskFolderSegmenter> true_masks_;
-  std::optional<MaskFolderSegmenter> moving_masks_;  // if they are passed
-  std::optional<Trajectory> true_trajectory_;
-  std::string note_;
+  std::optional<MaskFolderSegmenter> masks_, true_masks_, moving_masks_;
   cv::Size image_size_;  // of all images; empty before the first
 };
+
+/// Returns the last part of a path, which may end in a slash or in dots.
+std::string folder_name(const std::filesystem::path& folder) {
+  const auto full_path = std::filesystem::absolute(folder).lexically_normal();
+  return (full_path.has_filename() ? full_path : full_path.parent_path()).filename().string();
+}
 
 TimedPose timed(double timestamp_s, const CameraPose& pose) {
   TimedPose timed;
@@ -248,43 +217,33 @@ TimedPose timed(double timestamp_s, const CameraPose& pose) {
 
 class Rendering final : public FrameSource {
  public:
-  explicit Rendering(const SyntheticSceneOptions& options) : scene_(options) {}
-
-  std::size_t size() const override { return static_cast<std::size_t>(scene_.size()); }
-  CameraParameters camera() const override { return scene_.camera(); }
-  bool has_depth() const override { return true; }
-  double depth_offset_s() const override { return 0; }
-  bool has_true_masks() const override { return true; }
-  std::string masks_name() const override { return "rendered"; }
-  void require_masks(std::size_t) const override {}
-  void pass_moving_masks() override { passes_moving_masks_ = true; }
+  Rendering(const SyntheticSceneOptions& options, Truth truth) : scene_(options), truth_(truth) {
+    facts_.frames = static_cast<std::size_t>(scene_.size());
+    facts_.camera = scene_.camera();
+    facts_.masks_name = "rendered";
+    facts_.trajectory.emplace();
+    for (int i = 0; i < scene_.size(); ++i) {
+      facts_.trajectory->push_back(timed(scene_.timestamp_s(i), scene_.pose(i)));
+    }
+  }
 
   SourceFrame read(std::size_t i) override {
     SyntheticFrame rendered = scene_.render(static_cast<int>(i));
     const FrameView& image = rendered.frame;
-    SourceFrame frame{detail::time_text(image.timestamp_s), image, image.timestamp_s, {}, {}, {}};
+    SourceFrame frame{
+        detail::time_text(image.timestamp_s), image, image.timestamp_s, {}, {}, {}, 0};
     frame.masks = std::move(rendered.poor_segmentation);
     frame.true_masks = std::move(rendered.true_segmentation);
-    if (passes_moving_masks_) {
+    if (truth_ == Truth::by_motion) {
       frame.moving_masks = Segmentation{image.id, image.timestamp_s, image.image.size(),
                                         instances_from_binary_mask(rendered.moving_mask)};
     }
     return frame;
   }
 
-  std::optional<Trajectory> true_trajectory() const override {
-    Trajectory trajectory;
-    for (int i = 0; i < scene_.size(); ++i) {
-      trajectory.push_back(timed(scene_.timestamp_s(i), scene_.pose(i)));
-    }
-    return trajectory;
-  }
-
-  void add_inputs(Inputs&) const override {}
-
  private:
   SyntheticScene scene_;
-  bool passes_moving_masks_ = false;
+  Truth truth_;
 };
 
 }  // namespace
@@ -310,12 +269,27 @@ void add_sequence_inputs(const RgbdSequence& sequence, Inputs& inputs) {
 
 std::vector<std::string> degradation_names() { return {"eroded", "cut", "disc", "poor", "late"}; }
 
-std::unique_ptr<FrameSource> open_sequence(const SequenceSpec& spec) {
-  return std::make_unique<Recording>(spec);
+SceneName SceneSpec::name() const {
+  if (level.empty()) {
+    const std::string name = folder_name(sequence) + (degraded.empty() ? "" : "_" + degraded);
+    return {name, name};
+  }
+  return {level, level + "_" + std::to_string(level_seed)};
 }
 
-std::unique_ptr<FrameSource> render_scene(const SyntheticSceneOptions& options) {
-  return std::make_unique<Rendering>(options);
+SyntheticSceneOptions SceneSpec::level_options() const {
+  SyntheticSceneOptions options;
+  if (!level.empty()) options = scene_level(level);
+  options.seed = level_seed;
+  options.frames = frames.value_or(options.frames);
+  options.image_size.width = width.value_or(options.image_size.width);
+  options.image_size.height = height.value_or(options.image_size.height);
+  return options;
+}
+
+std::unique_ptr<FrameSource> SceneSpec::open(Truth truth) const {
+  if (level.empty()) return std::make_unique<Recording>(*this, truth);
+  return std::make_unique<Rendering>(level_options(), truth);
 }
 
 }  // namespace dynfilter::tools

@@ -5,6 +5,7 @@
 #define DYNFILTER_SRC_TOOLS_FRAME_SOURCE_HPP
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -29,51 +30,65 @@ struct SourceFrame {
   double depth_timestamp_s = 0;       ///< the depth image's stamp; the frame's time without one
   std::optional<Segmentation> masks;  ///< none if the sequence has no masks
   std::optional<Segmentation> true_masks;  ///< none if the truth is unknown
-  /// What moves in the frame, one instance of class 0 for each connected object; none unless
-  /// FrameSource::pass_moving_masks was called.
+  /// What moves in the frame, one instance of class 0 for each connected object; none unless the
+  /// truth is by motion.
   std::optional<Segmentation> moving_masks;
+  double masks_ms = 0;  ///< time spent waiting for masks
+};
+
+/// Definition of what is dynamic: for the scores of features, and for the rule `perfect`.
+enum class Truth : std::uint8_t {
+  by_class,  ///< persons, whether they move or not: the true masks
+  by_motion  ///< what moves in this frame, whatever it is: the moving masks
+};
+
+inline const char* name_of(Truth truth) { return truth == Truth::by_motion ? "motion" : "class"; }
+
+/// Returns the masks of what is dynamic in the frame; none if they are unknown.
+inline const std::optional<Segmentation>& dynamic_masks(const SourceFrame& frame, Truth truth) {
+  return truth == Truth::by_motion ? frame.moving_masks : frame.true_masks;
+}
+
+/// What is known of a source before any frame is read.
+struct SourceFacts {
+  std::size_t frames = 0;
+  CameraParameters camera;
+  bool has_depth = true;
+  double depth_offset_s = 0;  ///< by which depth was paired; 0: as stamped
+  bool has_true_masks = true;
+  std::string masks_name;  ///< empty if there are none
+  /// The rim's width: features this near to a true mask, but not on it, count as neither dynamic
+  /// nor static.
+  double rim_px = 3;
+  std::optional<Trajectory> trajectory;  ///< the true one
+  std::string note;                      ///< about tolerated flaws of the input; empty: none
 };
 
 /// A source of frames: a sequence on disk, or a scene that is rendered on demand.
 class FrameSource {
  public:
-  static constexpr double exact_rim_px = 3;  ///< the rim of masks that are exact
-
   FrameSource() = default;
   FrameSource(const FrameSource&) = delete;
   FrameSource& operator=(const FrameSource&) = delete;
   virtual ~FrameSource() = default;
 
-  virtual std::size_t size() const = 0;
-  virtual CameraParameters camera() const = 0;
-  virtual bool has_depth() const = 0;
-  virtual double depth_offset_s() const = 0;  ///< by which depth was paired; 0: as stamped
-  virtual bool has_true_masks() const = 0;
-  virtual std::string masks_name() const = 0;  ///< empty if there are none
-  /// Returns the rim's width: features this near to a true mask, but not on it, count as neither
-  /// dynamic nor static.
-  virtual double rim_px() const { return exact_rim_px; }
-
-  /// Makes read() pass the moving masks, and require_masks() check them. Throws std::runtime_error
-  /// if the source has none.
-  virtual void pass_moving_masks() = 0;
+  const SourceFacts& facts() const { return facts_; }
+  std::size_t size() const { return facts_.frames; }
 
   /// Reads a frame. Throws std::runtime_error that names a missing or broken file.
   virtual SourceFrame read(std::size_t i) = 0;
 
   /// Throws what read(i) would throw for missing masks. Decodes nothing.
-  virtual void require_masks(std::size_t i) const = 0;
-
-  virtual std::optional<Trajectory> true_trajectory() const = 0;
+  virtual void require_masks(std::size_t) const {}
 
   /// Returns the different values of masks without a table, read so far.
   virtual std::vector<int> mask_values() const { return {}; }
 
-  /// Returns a line about tolerated flaws of the input; empty if there were none.
-  virtual std::string note() const { return {}; }
-
   /// Adds the files and folders that the frames are read from.
-  virtual void add_inputs(Inputs& inputs) const = 0;
+  virtual void add_inputs(Inputs&) const {}
+
+ protected:
+  SourceFacts facts_;
 };
 
 /// Throws if a frame that is used, every `every`-th one, lacks its masks.
@@ -99,23 +114,34 @@ void add_sequence_inputs(const RgbdSequence& sequence, Inputs& inputs);
 /// - late: masks and boxes come from three frames before, or from the first frame.
 std::vector<std::string> degradation_names();
 
-/// The files of a recorded sequence.
-struct SequenceSpec {
-  std::filesystem::path sequence;        ///< its folder
+/// The names of a scene in results.
+struct SceneName {
+  std::string group;  ///< scenes that a table combines: the level, or the sequence alone
+  std::string name;   ///< medium_5, or the name of the sequence's folder
+};
+
+/// The frames to use: those of a recorded sequence, or of a level with a seed.
+struct SceneSpec {
+  std::filesystem::path sequence;        ///< its folder; empty: use the level
   std::filesystem::path masks;           ///< empty: the sequence's own
   std::filesystem::path camera;          ///< empty: the sequence's own
   std::optional<double> depth_offset_s;  ///< empty: the camera file's
   bool reads_masks = true;               ///< false: masks come from elsewhere
   std::string degraded;                  ///< how the masks are degraded; empty: not at all
+  std::string level;                     ///< empty: use the sequence
+  std::uint64_t level_seed = 1;
+  std::optional<int> frames, width, height;  ///< replace the level's own
+
+  SceneName name() const;
+
+  /// Returns the options of the level, with the numbers that are given.
+  SyntheticSceneOptions level_options() const;
+
+  /// Opens the scene, with what this truth needs. Of a sequence, reads everything but images:
+  /// lists, camera, mask tables and the true trajectory. Throws std::runtime_error that names what
+  /// cannot be read, or if there are no masks to degrade, or no moving masks for a truth by motion.
+  std::unique_ptr<FrameSource> open(Truth truth) const;
 };
-
-/// Opens a sequence in the layout of TUM or BONN. Reads everything but images: lists, camera, mask
-/// tables and the true trajectory. Throws std::runtime_error that names what cannot be read, or if
-/// there are no masks to degrade.
-std::unique_ptr<FrameSource> open_sequence(const SequenceSpec& spec);
-
-/// Renders a scene. Throws std::invalid_argument for options out of range.
-std::unique_ptr<FrameSource> render_scene(const SyntheticSceneOptions& options);
 
 }  // namespace dynfilter::tools
 

@@ -27,10 +27,8 @@
 #include "io/file_error.hpp"
 #include "io/image_file.hpp"
 #include "io/staged_folder.hpp"
-#include "number_options.hpp"
 #include "progress_bar.hpp"
 #include "rule_run.hpp"
-#include "segmenter_options.hpp"
 #include "shared_options.hpp"
 
 namespace dynfilter::tools {
@@ -97,26 +95,6 @@ std::vector<fs::path> mask_names(const RgbdSequence& sequence, const fs::path& i
     names.push_back(std::move(name));
   }
   return names;
-}
-
-/// Prints the files below the images' folder that look like images and are no frames.
-void print_images_without_frame(const RgbdSequence& sequence, const fs::path& image_folder) {
-  std::set<fs::path> images, extensions, others;
-  for (std::size_t i = 0; i < sequence.size(); ++i) {
-    const fs::path image = image_path(sequence, i);
-    images.insert(image);
-    extensions.insert(image.extension());
-  }
-  constexpr auto options = fs::directory_options::skip_permission_denied;
-  for (const auto& entry : fs::recursive_directory_iterator(image_folder, options)) {
-    const bool looks_like_one = extensions.count(entry.path().extension()) > 0;
-    if (!looks_like_one || images.count(entry.path()) > 0) continue;
-    others.insert(entry.path().lexically_relative(image_folder));
-  }
-  if (others.empty()) return;
-  std::printf("%zu other images are there without a mask: they are no frames of the sequence\n",
-              others.size());
-  for (const fs::path& image : others) std::printf("  %s\n", image.c_str());
 }
 
 /// Returns the folder that masks are read from; none if a segmenter makes them.
@@ -254,7 +232,6 @@ void write_mask_images(const MasksOptions& options, const RgbdSequence& sequence
   std::printf("%zu %s the images in %s, written to %s\n", sequence.size(),
               options.writes_depth() ? "times depth with holes, of" : "masks of",
               image_folder.c_str(), options.out.c_str());
-  if (!options.writes_depth()) print_images_without_frame(sequence, image_folder);
   if (options.format != "colmap") return;
   std::printf("colmap feature_extractor --image_path %s --ImageReader.mask_path %s …\n",
               image_folder.c_str(), options.out.c_str());
@@ -304,7 +281,7 @@ void add_masks_command(CLI::App& program) {
   of_images.push_back(command
                           ->add_option("--margin", options->mask_culler.margin_px,
                                        "grow the masks of dynamic objects by this much, pixels")
-                          ->check(real_number(0, 1e6))
+                          ->check(CLI::Range(0.0, 1e6))
                           ->capture_default_str());
   of_images.push_back(add_classes_option(*command, options->mask_culler));
   command->add_option("--camera", options->camera,
@@ -331,7 +308,7 @@ void add_masks_command(CLI::App& program) {
   command->callback([options, of_images] {
     const bool is_labels = options->format == labels_format;
     if (is_labels && options->segmenter.is_unset()) {
-      throw CLI::RequiredError("a segmenter, " + segmenter_options() + ",");
+      throw CLI::RequiredError("a segmenter, --remote SOCKET or --model FILE,");
     }
     for (const CLI::Option* option : of_images) {
       if (!is_labels || option->empty()) continue;

@@ -6,16 +6,28 @@
 #include <exception>
 #include <iostream>
 #include <new>
+#include <string>
 
 #include <CLI/CLI.hpp>
 
 #include "commands.hpp"
 #include "dynfilter/version.hpp"
-#include "number_options.hpp"
 #include "progress_bar.hpp"
 
 namespace dynfilter::tools {
 namespace {
+
+/// Refuses an empty value of any option of a sub-command, as of a shell variable that is not set.
+void refuse_empty_values(CLI::App& program) {
+  const CLI::Validator something(
+      [](std::string& text) -> std::string {
+        return text.empty() ? "got an empty value; leave the option out, or name something" : "";
+      },
+      "");
+  for (CLI::App* command : program.get_subcommands({})) {
+    for (CLI::Option* option : command->get_options()) option->check(something);
+  }
+}
 
 int parse_and_run(int argc, char** argv) {
   CLI::App program("Keeps the features of moving objects out of visual SLAM.", "dynfilter");
@@ -45,7 +57,7 @@ int run_program(int argc, char** argv) {
     exit_code = parse_and_run(argc, argv);
   } catch (const Interrupted& interruption) {
     std::fprintf(stderr, "%s\n", interruption.what());
-    std::raise(interruption.signal());  // ends the program as the caller expects of this signal
+    std::raise(interruption.signal);  // ends the program as the caller expects of this signal
     exit_code = 1;
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "error: there is not enough memory\n");

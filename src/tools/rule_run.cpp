@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/evaluation/feature_scores.hpp"
@@ -16,7 +17,7 @@ namespace {
 /// Returns the rule after checking everything that can be known to fail before the first frame.
 const RuleInfo& checked(const RuleInfo& rule, const SceneSpec& scene, const FrameSource& source,
                         const RunSettings& settings) {
-  if (needs_true_masks(rule, settings.truth) && !source.has_true_masks()) {
+  if (needs_true_masks(rule, settings.truth) && !source.facts().has_true_masks) {
     throw std::runtime_error("rule " + rule.name + " needs true masks, but " + scene.name().name +
                              " has no masks_true/");
   }
@@ -41,15 +42,7 @@ std::string masks_name(const RuleInfo& rule, const FrameSource& source,
                        const RunSettings& settings) {
   if (rule.is_bound() && settings.truth == Truth::by_motion) return "moving masks";
   if (rule.is_bound()) return "true masks";
-  return settings.masks.empty() ? source.masks_name() : settings.masks;
-}
-
-/// Returns the stage with its times noted, which the caller owns.
-AnyStage timed(AnyStage stage, Times& times) {
-  return [stage = std::move(stage), &times](const FilterInput& input, FeatureLabels& labels,
-                                            Workspace& workspace) {
-    times.measure([&] { stage(input, labels, workspace); });
-  };
+  return settings.masks.empty() ? source.facts().masks_name : settings.masks;
 }
 
 /// Computes the errors of an estimate, or the reasons why they are missing.
@@ -75,28 +68,11 @@ TrajectoryRecord errors_of(const Trajectory& estimate, const Trajectory& truth) 
 
 }  // namespace
 
-std::vector<std::pair<std::string, std::string>> resolved_options(const RuleInfo& rule,
-                                                                  const RunSettings& settings) {
-  std::string classes;
-  for (const int id : settings.mask_culler.dynamic_classes) {
-    classes += (classes.empty() ? "" : ",") + std::to_string(id);
-  }
-  return {{"rule", rule.name},
-          {"features", std::to_string(settings.features)},
-          {"classes", classes},
-          {"every", std::to_string(settings.every)},
-          {"margin", detail::concatenate(settings.mask_culler.margin_px)},
-          {"seed", std::to_string(settings.seed)},
-          {"truth", name_of(settings.truth)}};
-}
-
 ExtractedFeatures extract_features(const odometry::OrbExtractor& extractor, const cv::Mat& image) {
   ExtractedFeatures features;
   cv::Mat grey;
   cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
-  Times time;
-  time.measure([&] { extractor.extract(grey, features.keypoints, features.descriptors); });
-  features.extraction_ms = time.quantile_ms(0.5);
+  extractor.extract(grey, features.keypoints, features.descriptors);
   return features;
 }
 
@@ -104,60 +80,55 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
                  const RunSettings& settings, const std::filesystem::path& folder)
     : rule_(checked(rule, scene, source, settings)),
       staged_(folder, run_writer, true),
-      truth_(settings.truth),
-      rim_px_(truth_ == Truth::by_motion ? FrameSource::exact_rim_px : source.rim_px()),
-      filter_(
-          timed(mask_stage_of(rule, culler_options(rule, settings)), masks_time_),
-          timed(stage_of(rule, settings.mask_culler, settings.seed, source.camera()), rule_time_)),
+      rim_px_(settings.truth == Truth::by_motion ? SourceFacts().rim_px : source.facts().rim_px),
+      filter_(mask_stage_of(rule, culler_options(rule, settings)),
+              stage_of(rule, settings.mask_culler, source.facts().camera)),
       pictures_(staged_.path(), source.size(), settings.overlays, rule) {
   if (rule.moves_masks()) propagator_.emplace();
-  if (source.has_depth() && settings.every == 1) {
-    odometry_.emplace(source.camera(), settings.seed);
+  if (source.facts().has_depth && settings.every == 1) {
+    odometry_.emplace(source.facts().camera);
   }
   record_.scene = scene.name();
   record_.rule = rule;
-  record_.depth_offset_s = source.depth_offset_s();
+  record_.depth_offset_s = source.facts().depth_offset_s;
   record_.masks = masks_name(rule, source, settings);
-  record_.truth = truth_;
-  record_.has_truth = truth_ == Truth::by_motion || source.has_true_masks();
-  record_.dynamic_classes = culler_options(rule, settings).dynamic_classes;
-  record_.options = resolved_options(rule, settings);
+  record_.settings = settings;
+  record_.has_truth = settings.truth == Truth::by_motion || source.facts().has_true_masks;
 }
 
 /// Returns the masks that the rule works with.
 std::optional<Segmentation> RuleRun::masks_of(const SourceFrame& frame) {
-  if (rule_.is_bound()) return dynamic_masks(frame, truth_);
+  if (rule_.is_bound()) return dynamic_masks(frame, record_.settings.truth);
   if (rule_.masks == RuleMasks::absent) return {};
   if (!propagator_) return frame.masks;
-  return propagation_time_.measure(
-      [&] { return propagator_->propagate(frame.frame, frame.masks); });
+  return propagator_->propagate(frame.frame, frame.masks);
 }
 
 const FrameStatistics& RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
-  extraction_time_.add(features.extraction_ms);
+  cv::TickMeter timer;
+  timer.start();
   const std::optional<Segmentation> masks = masks_of(frame);
   filter_.apply(frame.frame, masks, features.keypoints, labels_, workspace_);
-
+  timer.stop();
   FrameRecord record;
+  record.masks_ms = frame.masks_ms;
+  record.filter_ms = timer.getTimeMilli();
   record.stem = frame.stem;
   record.timestamp_s = frame.frame.timestamp_s;
   record.statistics = labels_.statistics();
   const Segmentation shown = masks.value_or(Segmentation());
   const FeatureLabels by_mask = only_masked(labels_, shown);
-  const std::optional<Segmentation>& truth = dynamic_masks(frame, truth_);
+  const std::optional<Segmentation>& truth = dynamic_masks(frame, record_.settings.truth);
   if (truth) {
     record.scores = score_features(features.keypoints, labels_, *truth, rim_px_, frame.frame);
     record.mask_only_scores =
         score_features(features.keypoints, by_mask, *truth, rim_px_, frame.frame);
   }
   add_pictures(frame, shown, features.keypoints, record, by_mask);
-  keep_static_time_.measure(
-      [&] { return keep_static(labels_, features.keypoints, features.descriptors); });
+  keep_static(labels_, features.keypoints, features.descriptors);
   if (odometry_) {
-    record.is_lost = odometry_time_.measure([&] {
-      return odometry_->track(frame.frame, features.keypoints, features.descriptors).tracked !=
-             odometry::Tracked::found;
-    });
+    const auto result = odometry_->track(frame.frame, features.keypoints, features.descriptors);
+    record.is_lost = result.tracked != odometry::Tracked::found;
   }
   record_.frames.push_back(std::move(record));
   return record_.frames.back().statistics;
@@ -175,23 +146,9 @@ void RuleRun::add_pictures(const SourceFrame& frame, const Segmentation& masks,
   }
 }
 
-void RuleRun::note_times() {
-  const auto note = [&](const std::string& name, const Times& times) {
-    if (!times.empty()) record_.stages.emplace_back(name, times);
-  };
-  note("ORB extraction", extraction_time_);
-  note("waiting for masks", waiting_time_);
-  note("mask propagation", propagation_time_);
-  if (rule_.takes_masks()) note("mask culler", masks_time_);
-  if (rule_.compensates()) note("rule " + rule_.name, rule_time_);
-  note("keep_static", keep_static_time_);
-  note("odometry", odometry_time_);
-}
-
 RunRecord RuleRun::finish(const FrameSource& source, std::vector<InputFinding> findings) {
-  note_times();
   record_.findings = std::move(findings);
-  const std::optional<Trajectory> truth = source.true_trajectory();
+  const std::optional<Trajectory>& truth = source.facts().trajectory;
   const std::filesystem::path& folder = staged_.path();
   if (odometry_) {
     const Trajectory& estimate = odometry_->trajectory();
@@ -200,7 +157,6 @@ RunRecord RuleRun::finish(const FrameSource& source, std::vector<InputFinding> f
     write_trajectory(folder / "trajectory.txt", estimate);
     if (truth) write_trajectory(folder / "groundtruth.txt", *truth);
   }
-  pictures_.write_contact_sheet();
   worst_.write(folder);
   write_frames_csv(record_, folder / "frames.csv");
   write_summary_json(record_, folder / "summary.json");

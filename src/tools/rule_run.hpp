@@ -23,27 +23,13 @@
 #include "rule_set.hpp"
 #include "run_pictures.hpp"
 #include "run_record.hpp"
-#include "scene_spec.hpp"
-#include "stopwatch.hpp"
 
 namespace dynfilter::tools {
 
-/// The settings of a run, besides its frames and its rule.
-struct RunSettings {
-  int features = 1000;
-  /// Use every n-th frame; above 1 without odometry, which needs all frames.
-  std::size_t every = 1;
-  MaskCullerOptions mask_culler;
-  std::uint64_t seed = 0;         ///< for the samples of the rule and of the odometry
-  std::size_t overlays = 0;       ///< frames to draw
-  std::string masks;              ///< the masks' name in results; empty: the source's name
-  Truth truth = Truth::by_class;  ///< scores and the rule perfect follow it
-};
-
-/// Lists rule and settings under the names of `dynfilter run`'s options: they document a run and
-/// repeat it.
-std::vector<std::pair<std::string, std::string>> resolved_options(const RuleInfo& rule,
-                                                                  const RunSettings& settings);
+/// Whether the rule works only where the true masks of persons are known.
+inline bool needs_true_masks(const RuleInfo& rule, Truth truth) {
+  return rule.is_bound() && truth == Truth::by_class;
+}
 
 /// The writer's name of a run for StagedFolder.
 constexpr const char* run_writer = "run";
@@ -52,7 +38,6 @@ constexpr const char* run_writer = "run";
 struct ExtractedFeatures {
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;
-  double extraction_ms = 0;
 };
 
 /// Extracts the features of a BGR image.
@@ -69,12 +54,6 @@ class RuleRun {
   RuleRun(const RuleRun&) = delete;
   RuleRun& operator=(const RuleRun&) = delete;
 
-  /// Runs the work that gets a frame its masks, and records the waiting time.
-  template <class Work>
-  Segmentation wait_for_masks(const Work& work) {
-    return waiting_time_.measure(work);
-  }
-
   /// Returns the filter's statistics of the frame.
   const FrameStatistics& process(const SourceFrame& frame, ExtractedFeatures features);
 
@@ -86,14 +65,10 @@ class RuleRun {
   std::optional<Segmentation> masks_of(const SourceFrame& frame);
   void add_pictures(const SourceFrame& frame, const Segmentation& masks, FeaturesView features,
                     const FrameRecord& record, const FeatureLabels& by_mask);
-  void note_times();
 
   RuleInfo rule_;
   detail::StagedFolder staged_;
-  Truth truth_;
   double rim_px_;
-  Times extraction_time_, waiting_time_, propagation_time_, masks_time_, rule_time_,
-      keep_static_time_, odometry_time_;
   std::optional<MaskPropagator> propagator_;
   Pipeline<AnyStage, AnyStage> filter_;
   FeatureLabels labels_;

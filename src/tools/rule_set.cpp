@@ -4,7 +4,6 @@
 #include "rule_set.hpp"
 
 #include <memory>
-#include <type_traits>
 #include <utility>
 
 #include "dynfilter/depth_compensator.hpp"
@@ -12,8 +11,7 @@
 #include "dynfilter/edge_compensator.hpp"
 #include "dynfilter/motion/motion_judge.hpp"
 #include "dynfilter/stage.hpp"
-#include "lab/rules/frame_rules.hpp"
-#include "lab/rules/frames.hpp"
+#include "lab/rules/depth_consistency.hpp"
 #include "lab/rules/single_frame.hpp"
 
 namespace dynfilter::tools {
@@ -22,7 +20,6 @@ namespace {
 /// What the stage of a rule is made of.
 struct Parts {
   MaskCullerOptions masks;
-  std::uint64_t seed;
   PinholeCamera camera;
 };
 
@@ -39,11 +36,7 @@ AnyStage nothing(const Parts&) {
   return [](const FilterInput&, FeatureLabels&, Workspace&) {};
 }
 
-AnyStage paper(const Parts& parts) {
-  EdgeCompensatorOptions options = EdgeCompensatorOptions::paper();
-  options.seed = parts.seed;
-  return EdgeCompensator(options);
-}
+AnyStage paper(const Parts&) { return EdgeCompensator(EdgeCompensatorOptions::paper()); }
 
 AnyStage depth(const Parts&) { return DepthCompensator(); }
 
@@ -53,15 +46,13 @@ AnyStage on_frame(const Parts& parts) {
   return any_stage(Rule(parts.masks.dynamic_classes));
 }
 
-/// Makes another system's rule that remembers frames; some know classes.
-template <class Rule>
-AnyStage on_frames(const Parts& parts) {
-  const std::vector<int>& classes = parts.masks.dynamic_classes;
-  if constexpr (std::is_constructible_v<Rule, peers::Classes>) {
-    return peers::OnFrames(Rule(classes), parts.camera, classes);
-  } else {
-    return peers::OnFrames(Rule(), parts.camera, classes);
-  }
+/// Makes DynaSLAM's rule that remembers frames, which copies share.
+AnyStage dynaslam_geometry(const Parts& parts) {
+  return
+      [rule = std::make_shared<peers::DepthConsistency>(parts.camera, parts.masks.dynamic_classes)](
+          const FilterInput& input, FeatureLabels& labels, Workspace& workspace) {
+        (*rule)(input, labels, workspace);
+      };
 }
 
 /// Makes a stage and, after it, a motion judge, which copies share.
@@ -106,15 +97,9 @@ const std::vector<Entry>& entries() {
       {{"depth_motion", "rule depth, then what moves; still objects get theirs back (the default)",
         M::culled, S::motion},
        then_motion<depth>},
-      {{"ds_slam", "features on persons if one leaves its epipolar line (DS-SLAM)", M::left,
-        S::frames},
-       on_frames<peers::EpipolarVote>},
       {{"dynaslam_geometry", "features on regions nearer than in earlier frames (DynaSLAM)",
         M::left, S::frames},
-       on_frames<peers::DepthConsistency>},
-      {{"dn_slam", "features on masks that move, and what moves around them (DN-SLAM)", M::left,
-        S::frames},
-       on_frames<peers::FlowRefinedMask>},
+       dynaslam_geometry},
       {{"perfect", "features on the true masks; with --truth motion, on what moves", M::exact,
         S::none},
        nothing},
@@ -162,10 +147,9 @@ AnyStage mask_stage_of(const RuleInfo& rule, const MaskCullerOptions& masks) {
   return rule.takes_masks() ? any_stage(MaskCuller(masks)) : nothing({});
 }
 
-AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, std::uint64_t seed,
-                  const CameraParameters& c) {
+AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, const CameraParameters& c) {
   const PinholeCamera camera{c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3};
-  return entry_of(rule.name).make({masks, seed, camera});
+  return entry_of(rule.name).make({masks, camera});
 }
 
 }  // namespace dynfilter::tools

@@ -68,9 +68,9 @@ std::string rule_list();
 /// Returns the mask culler, or an empty stage if the rule does without.
 AnyStage mask_stage_of(const RuleInfo& rule, const MaskCullerOptions& masks);
 
-/// Returns the rule's stage after the mask culler, or alone. `seed` is for its samples, if any; the
-/// camera is for rules that follow motion. Such a stage remembers the frames that it has seen.
-AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, std::uint64_t seed,
+/// Returns the rule's stage after the mask culler, or alone. The camera is for rules that follow
+/// motion. Such a stage remembers the frames that it has seen.
+AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks,
                   const CameraParameters& camera);
 
 }  // namespace dynfilter::tools

@@ -2,22 +2,20 @@
 // SPDX-License-Identifier: MIT
 
 #include <cstddef>
-#include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include <opencv2/core/utility.hpp>
+
 #include "commands.hpp"
 #include "inputs.hpp"
 #include "io/file_error.hpp"
-#include "number_options.hpp"
 #include "progress_bar.hpp"
 #include "rule_run.hpp"
-#include "segmenter_options.hpp"
 #include "shared_options.hpp"
 #include "source_checks.hpp"
 
@@ -34,7 +32,7 @@ struct RunOptions {
 
 /// Returns the chosen rule, or the default: motion is judged where depth and every frame are there.
 const RuleInfo& rule_of(const RunOptions& options, const FrameSource& source) {
-  const bool can_follow = source.has_depth() && options.settings.every == 1;
+  const bool can_follow = source.facts().has_depth && options.settings.every == 1;
   return rule_info(!options.rule.empty() ? options.rule : can_follow ? "depth_motion" : "depth");
 }
 
@@ -42,7 +40,7 @@ void run(const RunOptions& options) {
   SceneSpec scene = options.scene;
   scene.reads_masks = options.segmenter.is_unset();
   const std::unique_ptr<FrameSource> source = scene.open(options.settings.truth);
-  if (!source->note().empty()) std::fprintf(stderr, "%s\n", source->note().c_str());
+  if (!source->facts().note.empty()) std::fprintf(stderr, "%s\n", source->facts().note.c_str());
   Inputs inputs;
   source->add_inputs(inputs);
   inputs.add(options.segmenter.model);
@@ -50,7 +48,7 @@ void run(const RunOptions& options) {
   const std::unique_ptr<Segmenter> segmenter =
       scene.reads_masks ? nullptr : options.segmenter.make();
   RunSettings settings = options.settings;
-  settings.masks = scene.reads_masks ? source->masks_name() : options.segmenter.name();
+  settings.masks = scene.reads_masks ? source->facts().masks_name : options.segmenter.name();
   const RuleInfo& rule = rule_of(options, *source);
   RuleRun work(rule, scene, *source, settings, options.out);
   const odometry::OrbExtractor extractor(options.settings.features);
@@ -61,8 +59,11 @@ void run(const RunOptions& options) {
       SourceFrame frame = source->read(i);
       const ExtractedFeatures features = extract_features(extractor, frame.frame.image);
       if (segmenter) {
-        frame.masks = work.wait_for_masks(
-            [&] { return masks_of(*segmenter, frame.frame, i, source->size()); });
+        cv::TickMeter timer;
+        timer.start();
+        frame.masks = masks_of(*segmenter, frame.frame, i, source->size());
+        timer.stop();
+        frame.masks_ms = timer.getTimeMilli();
       }
       const FrameStatistics& statistics = work.process(frame, features);
       checks.add(frame, rule.takes_masks() ? frame.masks : std::nullopt, features.keypoints,
@@ -73,9 +74,9 @@ void run(const RunOptions& options) {
   }
   print_report(work.finish(*source, checks.findings()));
   std::printf("\nwritten to %s: summary.json, frames.csv%s%s%s\n", options.out.c_str(),
-              source->has_depth() && settings.every == 1 ? ", trajectory.txt" : "",
+              source->facts().has_depth && settings.every == 1 ? ", trajectory.txt" : "",
               std::filesystem::exists(options.out / "groundtruth.txt") ? ", groundtruth.txt" : "",
-              options.settings.overlays > 0 ? ", overlays/, contact_sheet.png" : "");
+              options.settings.overlays > 0 ? ", overlays/" : "");
 }
 
 }  // namespace
@@ -100,7 +101,7 @@ void add_run_command(CLI::App& program) {
                            ->type_name("LEVEL");
   sequence->excludes(level);
   command->add_option("--scene-seed", options->scene.level_seed, "seed of the level")
-      ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
+      ->check(CLI::NonNegativeNumber)
       ->capture_default_str()
       ->needs(level);
   add_level_size_options(*command, options->scene, level);
@@ -109,11 +110,6 @@ void add_run_command(CLI::App& program) {
                    "folder for the results; replaces those of an earlier run and nothing else")
       ->capture_default_str();
   command->add_option("--masks", options->scene.masks, "folder of the masks [SEQUENCE/masks]")
-      ->excludes(level);
-  command
-      ->add_option("--degrade", options->scene.degraded,
-                   "make the masks worse, and use the original ones as the truth")
-      ->check(CLI::IsMember(degradation_names()))
       ->excludes(level);
   command
       ->add_option("--camera", options->scene.camera,
@@ -126,15 +122,13 @@ void add_run_command(CLI::App& program) {
                    "default is depth")
       ->check(CLI::IsMember(all_rule_names()));
   add_segmenter_options(*command, options->segmenter);
-  for (const char* own : {"--masks", "--degrade"}) {  // a segmenter has no use for these masks
-    for (const char* name : {"--remote", "--model"}) {
-      CLI::Option* segmenter = command->get_option_no_throw(name);  // none: built without it
-      if (segmenter != nullptr) command->get_option(own)->excludes(segmenter);
-    }
+  for (const char* name : {"--remote", "--model"}) {  // which have no use for other masks
+    CLI::Option* segmenter = command->get_option_no_throw(name);  // none: built without it
+    if (segmenter != nullptr) command->get_option("--masks")->excludes(segmenter);
   }
   add_setting_options(*command, options->settings);
   command->add_option("--overlays", options->settings.overlays, "number of frames to draw")
-      ->transform(whole_number(0, 100000))
+      ->check(CLI::Range(0, 100000))
       ->capture_default_str();
   command->footer(rule_list() +
                   "\n\nexamples:\n"

@@ -3,8 +3,7 @@
 
 #include "run_pictures.hpp"
 
-#include <algorithm>
-#include <system_error>
+#include <vector>
 
 #include <opencv2/imgproc.hpp>
 
@@ -22,11 +21,6 @@ cv::Mat with_caption(const cv::Mat& picture, const std::string& text) {
   cv::Mat captioned;
   cv::vconcat(caption, picture, captioned);
   return captioned;
-}
-
-/// Chooses at most `wanted` of `all` things, evenly spread: those that begin a share.
-bool is_first_of_share(std::size_t i, std::size_t all, std::size_t wanted) {
-  return wanted >= all || i == 0 || i * wanted / all != (i - 1) * wanted / all;
 }
 
 }  // namespace
@@ -47,18 +41,9 @@ FeatureLabels only_masked(const FeatureLabels& labels, const Segmentation& segme
   return masked;
 }
 
-RunPictures::RunPictures(const std::filesystem::path& folder, std::size_t frames,
-                         std::size_t pictures, const RuleInfo& rule)
-    : folder_(folder), frames_(frames), pictures_(std::min(pictures, frames)), rule_(rule) {
-  const std::filesystem::path overlays = folder_ / "overlays";
-  const std::filesystem::path& made = pictures_ > 0 ? overlays : folder_;
-  std::error_code failure;
-  std::filesystem::create_directories(made, failure);
-  if (failure) detail::throw_file_error(made, "cannot be made: " + failure.message());
-}
-
 bool RunPictures::wants(std::size_t frame) const {
-  return pictures_ > 0 && is_first_of_share(frame, frames_, pictures_);
+  if (frame == 0 || pictures_ == 0) return pictures_ > 0;
+  return pictures_ >= frames_ || frame * pictures_ / frames_ != (frame - 1) * pictures_ / frames_;
 }
 
 void RunPictures::add(const std::string& stem, const cv::Mat& image,
@@ -75,18 +60,8 @@ void RunPictures::add(const std::string& stem, const cv::Mat& image,
   }
   cv::Mat row;
   cv::hconcat(panels, row);
-  detail::write_image(folder_ / "overlays" / (stem + ".png"), row);
-  if (!is_first_of_share(drawn_++, pictures_, max_rows)) return;
-  cv::Mat small;
-  cv::resize(row, small, {}, 0.5, 0.5, cv::INTER_AREA);
-  rows_.push_back(small);
-}
-
-void RunPictures::write_contact_sheet() const {
-  if (rows_.empty()) return;
-  cv::Mat sheet;
-  cv::vconcat(rows_, sheet);
-  detail::write_image(folder_ / "contact_sheet.png", sheet);
+  std::filesystem::create_directories(folder_);
+  detail::write_image(folder_ / (stem + ".png"), row);
 }
 
 void WorstFrame::offer(std::size_t dynamic_left, const std::string& stem, const cv::Mat& image,

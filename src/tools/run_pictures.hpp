@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
-#include <vector>
 
 #include <opencv2/core.hpp>
 
@@ -20,30 +19,22 @@ namespace dynfilter::tools {
 
 /// Makes a run's pictures for some frames, evenly spread: all features, what the masks remove if
 /// the rule takes masks, and what the rule removes besides (the paper's Figures 3 and 4), side by
-/// side in overlays/<stem>.png. contact_sheet.png has up to max_rows of them below each other,
-/// reduced.
+/// side in overlays/<stem>.png.
 class RunPictures {
  public:
-  static constexpr std::size_t max_rows = 50;  ///< a PNG file has at most a million lines
-
-  /// Makes the folder. Throws std::runtime_error that names it if that fails.
   RunPictures(const std::filesystem::path& folder, std::size_t frames, std::size_t pictures,
-              const RuleInfo& rule);
+              const RuleInfo& rule)
+      : folder_(folder / "overlays"), frames_(frames), pictures_(pictures), rule_(rule) {}
 
   bool wants(std::size_t frame) const;
 
   void add(const std::string& stem, const cv::Mat& image, const Segmentation& segmentation,
            FeaturesView features, const FeatureLabels& by_mask, const FeatureLabels& labels);
 
-  void write_contact_sheet() const;
-
  private:
   std::filesystem::path folder_;
-  std::size_t frames_;
-  std::size_t pictures_;
+  std::size_t frames_, pictures_;
   RuleInfo rule_;
-  std::size_t drawn_ = 0;
-  std::vector<cv::Mat> rows_;  // of the contact sheet
 };
 
 /// Keeps the first of the frames in which most dynamic features are left.

@@ -12,15 +12,27 @@
 #include <utility>
 #include <vector>
 
+#include "dynfilter/detail/quantile.hpp"
 #include "dynfilter/evaluation/feature_scores.hpp"
 #include "dynfilter/evaluation/trajectory_errors.hpp"
+#include "dynfilter/mask_culler.hpp"
 #include "dynfilter/segmenters/input_checks.hpp"
 #include "dynfilter/statistics.hpp"
+#include "frame_source.hpp"
 #include "rule_set.hpp"
-#include "scene_spec.hpp"
-#include "stopwatch.hpp"
 
 namespace dynfilter::tools {
+
+/// The settings of a run, besides its frames and its rule.
+struct RunSettings {
+  int features = 1000;
+  /// Use every n-th frame; above 1 without odometry, which needs all frames.
+  std::size_t every = 1;
+  MaskCullerOptions mask_culler;
+  std::size_t overlays = 0;       ///< frames to draw
+  std::string masks;              ///< the masks' name in results; empty: the source's name
+  Truth truth = Truth::by_class;  ///< scores and the rule perfect follow it
+};
 
 /// The record of one frame of a run.
 struct FrameRecord {
@@ -30,6 +42,7 @@ struct FrameRecord {
   std::optional<FeatureScores> scores;            ///< if the truth is known
   std::optional<FeatureScores> mask_only_scores;  ///< the scores if only the masks acted
   bool is_lost = false;                           ///< the odometry lost the frame
+  double masks_ms = 0, filter_ms = 0;             ///< time spent waiting for masks, and filtering
 };
 
 /// The odometry's result. Its errors are missing without a true trajectory, or if the estimate is
@@ -49,15 +62,12 @@ struct RunRecord {
   SceneName scene;
   RuleInfo rule;
   std::string masks;  ///< the folder; empty = there were none
-  Truth truth = Truth::by_class;
+  RunSettings settings;
   bool has_truth = false;
-  std::vector<int> dynamic_classes;
-  std::vector<std::pair<std::string, std::string>> options;  ///< resolved options by name
   std::vector<FrameRecord> frames;
-  std::optional<TrajectoryRecord> trajectory;         ///< if there was depth
-  double depth_offset_s = 0;                          ///< the offset that depth was paired with
-  std::vector<InputFinding> findings;                 ///< about the input
-  std::vector<std::pair<std::string, Times>> stages;  ///< name and time, in the order of work
+  std::optional<TrajectoryRecord> trajectory;  ///< if there was depth
+  double depth_offset_s = 0;                   ///< the offset that depth was paired with
+  std::vector<InputFinding> findings;          ///< about the input
 
   /// Returns the sums over the frames.
   FrameStatistics totals() const {
@@ -104,12 +114,25 @@ struct RunRecord {
     return counts[counts.size() * 99 / 100];
   }
 
+  /// Returns the time that this share of the frames does not exceed.
+  double quantile_ms(double FrameRecord::*time_ms, double share) const {
+    std::vector<double> times_ms;
+    for (const FrameRecord& frame : frames) times_ms.push_back(frame.*time_ms);
+    return detail::quantile_of(times_ms, share);
+  }
+
   std::size_t lost_frames() const {
     std::size_t lost = 0;
     for (const FrameRecord& frame : frames) lost += frame.is_lost ? 1U : 0U;
     return lost;
   }
 };
+
+/// Returns the tables of all runs, an empty line after each: a row a rule and a column a group, for
+/// features left, removed and kept and for the odometry's errors; then masks alone (Y) and the
+/// paper's rule (Y+D) in the form of the paper's Table 4. Leaves out tables without a figure.
+/// Titles say so if the truth is by motion.
+std::string ablation_tables(const std::vector<RunRecord>& runs, Truth truth);
 
 /// Prints the table for people on standard output.
 void print_report(const RunRecord& run);

@@ -19,6 +19,9 @@
 namespace dynfilter::tools {
 namespace {
 
+constexpr std::pair<const char*, double FrameRecord::*> times_of_frames[] = {
+    {"waiting for masks", &FrameRecord::masks_ms}, {"filter", &FrameRecord::filter_ms}};
+
 /// Formats two cells of a pair of scores; they are empty if the truth is unknown.
 std::string cells_of(const FrameRecord& frame, std::size_t FeatureScores::*score) {
   if (!frame.scores || !frame.mask_only_scores) return ",";
@@ -46,14 +49,12 @@ void print_score(const RunRecord& run, const std::string& name, std::size_t Feat
 void print_scores(const RunRecord& run) {
   const FeatureScores all = run.total_scores(&FrameRecord::scores);
   const char* against =
-      run.truth == Truth::by_motion ? "against what moves" : "against the true masks";
+      run.settings.truth == Truth::by_motion ? "against what moves" : "against the true masks";
   std::printf("%-38s        total   per frame\n", against);
   print_count("dynamic, nothing removed", all.dynamic_left + all.dynamic_removed,
               run.frames.size());
   print_score(run, "dynamic left", &FeatureScores::dynamic_left);
   print_score(run, "static removed", &FeatureScores::static_removed);
-  print_score(run, "… with depth", &FeatureScores::static_removed_with_depth);
-  print_score(run, "removed on the rim", &FeatureScores::rim_removed);
 }
 
 void print_trajectory(const RunRecord& run) {
@@ -110,11 +111,7 @@ void add_scores(nlohmann::ordered_json& summary, const RunRecord& run) {
   summary["dynamic_removed"] = all.dynamic_removed;
   summary["static_left"] = all.static_left;
   summary["static_removed"] = all.static_removed;
-  summary["static_removed_with_depth"] = all.static_removed_with_depth;
   summary["static_removed_mask_only"] = masks.static_removed;
-  summary["rim_left"] = all.rim_left;
-  summary["rim_removed"] = all.rim_removed;
-  summary["rim_removed_mask_only"] = masks.rim_removed;
 }
 
 void add_trajectory(nlohmann::ordered_json& summary, const RunRecord& run) {
@@ -160,9 +157,9 @@ void print_report(const RunRecord& run) {
   if (run.rule.follows_motion()) print_motion(run);
   if (run.trajectory) print_trajectory(run);
   std::printf("time a frame                                 median        95 %%\n");
-  for (const auto& [name, times] : run.stages) {
-    std::printf("  %-38s %6.3f ms %8.3f ms\n", name.c_str(), times.quantile_ms(0.5),
-                times.quantile_ms(0.95));
+  for (const auto& [name, time_ms] : times_of_frames) {
+    std::printf("  %-38s %6.3f ms %8.3f ms\n", name, run.quantile_ms(time_ms, 0.5),
+                run.quantile_ms(time_ms, 0.95));
   }
   print_findings(run.findings);
 }
@@ -179,15 +176,11 @@ void print_findings(const std::vector<InputFinding>& findings, const std::string
 void write_frames_csv(const RunRecord& run, const std::filesystem::path& file) {
   std::ostringstream csv;
   csv << detail::frame_columns()
-      << ",dynamic_left_mask_only,dynamic_left,static_removed_mask_only,static_removed,"
-         "static_removed_with_depth_mask_only,static_removed_with_depth,"
-         "rim_removed_mask_only,rim_removed\n";
+      << ",dynamic_left_mask_only,dynamic_left,static_removed_mask_only,static_removed\n";
   for (const FrameRecord& frame : run.frames) {
     csv << detail::frame_cells(frame.stem, frame.timestamp_s, frame.statistics) << ','
         << cells_of(frame, &FeatureScores::dynamic_left) << ','
-        << cells_of(frame, &FeatureScores::static_removed) << ','
-        << cells_of(frame, &FeatureScores::static_removed_with_depth) << ','
-        << cells_of(frame, &FeatureScores::rim_removed) << '\n';
+        << cells_of(frame, &FeatureScores::static_removed) << '\n';
   }
   detail::write_file(file, csv.str());
 }
@@ -216,10 +209,14 @@ void write_summary_json(const RunRecord& run, const std::filesystem::path& file)
   for (const InputFinding& finding : run.findings) {
     summary["checks"][finding.check] = finding.sentence;
   }
-  for (const auto& [name, value] : run.options) summary["options"][name] = value;
-  for (const auto& [name, times] : run.stages) {
-    summary["times_ms"][name] = {{"median", times.quantile_ms(0.5)},
-                                 {"p95", times.quantile_ms(0.95)}};
+  summary["options"] = {{"features", run.settings.features},
+                        {"classes", run.settings.mask_culler.dynamic_classes},
+                        {"every", run.settings.every},
+                        {"margin", run.settings.mask_culler.margin_px},
+                        {"truth", name_of(run.settings.truth)}};
+  for (const auto& [name, time_ms] : times_of_frames) {
+    summary["times_ms"][name] = {{"median", run.quantile_ms(time_ms, 0.5)},
+                                 {"p95", run.quantile_ms(time_ms, 0.95)}};
   }
   detail::write_file(
       file, summary.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n');

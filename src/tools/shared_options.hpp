@@ -6,8 +6,9 @@
 #ifndef DYNFILTER_SRC_TOOLS_SHARED_OPTIONS_HPP
 #define DYNFILTER_SRC_TOOLS_SHARED_OPTIONS_HPP
 
-#include <cstdint>
-#include <limits>
+#include <cstddef>
+#include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -15,23 +16,25 @@
 
 #include "dynfilter/evaluation/camera.hpp"
 #include "dynfilter/mask_culler.hpp"
-#include "number_options.hpp"
+#include "dynfilter/segmenter.hpp"
+#include "frame_source.hpp"
 #include "rule_run.hpp"
-#include "scene_spec.hpp"
 
 namespace dynfilter::tools {
 
-/// Adds options that change a level, for the option `level` that names one.
-inline void add_level_size_options(CLI::App& command, SceneSpec& scene, CLI::Option* level) {
-  command.add_option("--frames", scene.frames, "frames of a level [300]")
-      ->transform(whole_number(1, 1000000))
-      ->needs(level);
-  command.add_option("--width", scene.width, "width of a level's images, pixels [640]")
-      ->transform(whole_number(16, 8192))
-      ->needs(level);
-  command.add_option("--height", scene.height, "height of a level's images, pixels [480]")
-      ->transform(whole_number(16, 8192))
-      ->needs(level);
+/// Adds options that change a level, for the option `level` that names one, if it is needed.
+inline void add_level_size_options(CLI::App& command, SceneSpec& scene,
+                                   CLI::Option* level = nullptr) {
+  CLI::Option* const options[] = {
+      command.add_option("--frames", scene.frames, "frames of a level [300]")
+          ->check(CLI::Range(1, 1000000)),
+      command.add_option("--width", scene.width, "width of a level's images, pixels [640]")
+          ->check(CLI::Range(16, 8192)),
+      command.add_option("--height", scene.height, "height of a level's images, pixels [480]")
+          ->check(CLI::Range(16, 8192))};
+  for (CLI::Option* option : options) {
+    if (level != nullptr) option->needs(level);
+  }
 }
 
 inline CLI::Option* add_depth_offset_option(CLI::App& command, std::optional<double>& offset_s) {
@@ -40,7 +43,7 @@ inline CLI::Option* add_depth_offset_option(CLI::App& command, std::optional<dou
                   "pair colour images with the depth images whose stamps are this many seconds\n"
                   "later; above 0 where depth is late, as TUM's, 0.033; see dynfilter sync\n"
                   "[dynfilter.depth_offset_s of the camera file, or 0]")
-      ->check(real_number(-max_depth_offset_s, max_depth_offset_s));
+      ->check(CLI::Range(-max_depth_offset_s, max_depth_offset_s));
 }
 
 inline CLI::Option* add_classes_option(CLI::App& command, MaskCullerOptions& options) {
@@ -48,24 +51,24 @@ inline CLI::Option* add_classes_option(CLI::App& command, MaskCullerOptions& opt
       .add_option("--classes", options.dynamic_classes, "dynamic class ids, such as 0,16")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->transform(whole_number(0, std::numeric_limits<int>::max()))
+      ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
 }
 
 inline void add_setting_options(CLI::App& command, RunSettings& settings) {
   command.add_option("--features", settings.features, "ORB features a frame")
-      ->transform(whole_number(1, 100000))
+      ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   command
       .add_option("--every", settings.every,
                   "use every n-th frame only, without odometry, which needs all frames")
-      ->transform(whole_number(1, 1000000))
+      ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
   add_classes_option(command, settings.mask_culler);
   command
       .add_option("--margin", settings.mask_culler.margin_px,
                   "also remove features this near to a mask, pixels")
-      ->check(real_number(0, 1e6))
+      ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
   command
       .add_option_function<std::string>(
@@ -77,12 +80,29 @@ inline void add_setting_options(CLI::App& command, RunSettings& settings) {
           "move or not, by masks_true/; or motion, what moves in the frame, by masks_moving/")
       ->check(CLI::IsMember({"class", "motion"}))
       ->default_str(name_of(settings.truth));
-  command
-      .add_option("--seed", settings.seed,
-                  "seed of the random samples, of features and in the odometry")
-      ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
-      ->capture_default_str();
 }
+
+/// Chooses a segmenter that works on images.
+struct SegmenterSpec {
+  std::filesystem::path remote;  ///< socket of another process
+  double remote_timeout_s = 1.0;
+  std::filesystem::path model;  ///< ONNX file of a network
+  std::string device = "cpu";   ///< that it runs on
+
+  bool is_unset() const { return remote.empty() && model.empty(); }
+
+  /// Returns the segmenter's name for results and messages.
+  std::string name() const;
+
+  /// Makes the segmenter. Throws what the segmenters' constructors throw.
+  std::unique_ptr<Segmenter> make() const;
+};
+
+/// Returns the masks of the image of frame i of so many. An error says that nothing was written.
+Segmentation masks_of(Segmenter& segmenter, FrameView frame, std::size_t i, std::size_t frames);
+
+/// Adds --remote and --remote-timeout and, if this build has networks, --model and --device.
+void add_segmenter_options(CLI::App& command, SegmenterSpec& segmenter);
 
 }  // namespace dynfilter::tools
 

@@ -22,7 +22,7 @@ class SourceChecks {
  public:
   SourceChecks(const FrameSource& source, const RunSettings& settings, bool moves_masks = false)
       : source_(source), checks_(options_of(settings, moves_masks)) {
-    const CameraParameters camera = source.camera();
+    const CameraParameters camera = source.facts().camera;
     checks_.note_camera({"", camera.fx, camera.fy, camera.cx, camera.cy});
   }
 

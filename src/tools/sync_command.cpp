@@ -8,14 +8,12 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "commands.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/segmenters/depth_offset_estimator.hpp"
 #include "frame_source.hpp"
-#include "inputs.hpp"
 #include "io/file_error.hpp"
 #include "progress_bar.hpp"
 #include "shared_options.hpp"
@@ -28,9 +26,6 @@ struct SyncOptions {
   std::optional<double> depth_offset_s;
   std::filesystem::path write;  // empty: none
 };
-
-/// Identifies files that may be replaced.
-constexpr const char* associations_beginning = "# written by dynfilter sync";
 
 DepthOffsetEstimate estimate_offset(const RgbdSequence& sequence) {
   DepthOffsetEstimator estimator;
@@ -80,22 +75,6 @@ std::string depth_offset_text(const DepthOffsetEstimate& estimate) {
          (offset.seconds < 0 ? " s later" : " s earlier");
 }
 
-/// Prints one row a lag: the shorter the bar, the better the edges agree.
-void print_curve(const DepthOffsetEstimate& estimate) {
-  const auto& distances = estimate.distances_px;
-  if (estimate.frames == 0) return;
-  const auto [lowest, highest] = std::minmax_element(distances.begin(), distances.end());
-  const double range = std::max(*highest - *lowest, 1e-9);
-  std::printf("depth frame  its stamp minus the image's  mean distance of edges\n");
-  for (std::size_t k = 0; k < distances.size(); ++k) {
-    const int lag = static_cast<int>(k) - static_cast<int>(distances.size() / 2);
-    const auto length =
-        static_cast<std::size_t>(1 + std::lround(39 * (distances[k] - *lowest) / range));
-    std::printf("%+11d  %+25.4f s  %7.3f px  %s\n", lag, estimate.differences_s[k], distances[k],
-                std::string(length, '#').c_str());
-  }
-}
-
 /// Returns a file's path as lists have it: relative to the sequence's folder, or absolute if it
 /// lies elsewhere.
 std::string listed(const std::filesystem::path& file, const std::filesystem::path& folder) {
@@ -107,7 +86,7 @@ std::string listed(const std::filesystem::path& file, const std::filesystem::pat
 
 std::string associations_text(const RgbdSequence& sequence) {
   const std::filesystem::path folder = std::filesystem::absolute(sequence.folder());
-  std::string text = std::string(associations_beginning) + ", depth offset " +
+  std::string text = "# written by dynfilter sync, depth offset " +
                      detail::time_text(sequence.depth_offset_s()) + " s\n";
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const RgbdSequenceEntry& entry = sequence.entry(i);
@@ -118,34 +97,22 @@ std::string associations_text(const RgbdSequence& sequence) {
   return text;
 }
 
-/// Refuses an output file that is read from, or that this command did not write.
-void require_harmless_file(const RgbdSequence& sequence, const std::filesystem::path& camera,
-                           const std::filesystem::path& file) {
-  if (file.empty()) return;
-  Inputs inputs;
-  add_sequence_inputs(sequence, inputs);
-  inputs.add(camera);
-  if (inputs.contains(file)) {
-    detail::throw_file_error(file, "is read from, and would be replaced; name another file");
-  }
-  require_replaceable(file, associations_beginning);
-}
-
 void sync(const SyncOptions& options) {
   const RgbdSequenceOptions given{0.02, options.camera, options.depth_offset_s};
   const RgbdSequence sequence(options.sequence, given);
   if (!sequence.has_depth()) {
     detail::throw_file_error(options.sequence, "has no depth images to compare with");
   }
-  require_harmless_file(sequence, options.camera, options.write);
+  if (std::filesystem::exists(options.write)) {
+    detail::throw_file_error(options.write, "exists; name another file");
+  }
   const DepthOffsetEstimate estimate = estimate_offset(sequence);
   const bool is_late = is_out_of_step(estimate);
   const double offset_s =
       is_late ? std::round(estimate.offset->seconds * 1000) / 1000 : sequence.depth_offset_s();
-  std::printf("%zu frames compared, paired with a depth offset of %g s\n\n", estimate.frames,
+  std::printf("%zu frames compared, paired with a depth offset of %g s\n", estimate.frames,
               sequence.depth_offset_s());
-  print_curve(estimate);
-  std::printf("\n%s\n", depth_offset_text(estimate).c_str());
+  std::printf("%s\n", depth_offset_text(estimate).c_str());
   if (is_late) {
     std::printf(
         "recommended: --depth-offset %g for dynfilter run, ablate and masks; for a SLAM program "
@@ -160,7 +127,6 @@ void sync(const SyncOptions& options) {
     RgbdSequenceOptions better = given;
     better.depth_offset_s = offset_s;
     const RgbdSequence paired(options.sequence, better);
-    require_replaceable(options.write, associations_beginning);
     detail::write_file(options.write, associations_text(paired));
     std::printf("%zu pairs with a depth offset of %g s written to %s\n", paired.size(), offset_s,
                 options.write.c_str());
@@ -181,8 +147,8 @@ void add_sync_command(CLI::App& program) {
                       "camera file, or tum1, tum2, tum3 or bonn [SEQUENCE/camera.yaml]");
   add_depth_offset_option(*command, options->depth_offset_s);
   command->add_option("--write", options->write,
-                      "write the recommended pairs to this file, in the form of associations.txt; "
-                      "replaces\nonly a file that this command wrote");
+                      "write the recommended pairs to this new file, in the form of "
+                      "associations.txt");
   command->footer(
       "examples:\n"
       "  dynfilter sync rgbd_dataset_freiburg3_walking_xyz\n"

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,12 +14,13 @@
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/evaluation/rgbd_sequence_writer.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
+#include "frame_source.hpp"
 #include "io/image_file.hpp"
 #include "io/staged_folder.hpp"
 #include "lab/scenes/scene_levels.hpp"
 #include "lab/scenes/synthetic_scene.hpp"
-#include "number_options.hpp"
 #include "progress_bar.hpp"
+#include "shared_options.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -28,11 +28,14 @@ namespace {
 struct SynthOptions {
   std::filesystem::path folder;
   bool overwrite = false;
-  SyntheticSceneOptions scene;
+  SceneSpec scene;
+  std::optional<int> persons;
 };
 
 void synthesise(const SynthOptions& options) {
-  const SyntheticScene scene(options.scene);
+  SyntheticSceneOptions scene_options = options.scene.level_options();
+  scene_options.persons = options.persons.value_or(scene_options.persons);
+  const SyntheticScene scene(scene_options);
   detail::StagedFolder staged(options.folder, "synth", options.overwrite);
   RgbdSequenceWriter sequence(staged.path(), scene.camera());
   MaskFolderWriter masks(staged.path() / "masks");
@@ -56,8 +59,8 @@ void synthesise(const SynthOptions& options) {
   masks.finish();
   true_masks.finish();
   staged.commit();
-  std::printf("%d frames of %dx%d in %s\n", scene.size(), options.scene.image_size.width,
-              options.scene.image_size.height, options.folder.c_str());
+  std::printf("%d frames of %dx%d in %s\n", scene.size(), scene_options.image_size.width,
+              scene_options.image_size.height, options.folder.c_str());
 }
 
 std::string level_list() {
@@ -69,29 +72,10 @@ std::string level_list() {
   return text;
 }
 
-/// Options that a level sets and that the command line overrides.
-struct Given {
-  std::string level;
-  std::uint64_t seed = 1;
-  std::optional<int> frames, persons, width, height;
-};
-
-SyntheticSceneOptions scene_options(const Given& given) {
-  SyntheticSceneOptions scene =
-      given.level.empty() ? SyntheticSceneOptions{} : scene_level(given.level);
-  scene.seed = given.seed;
-  scene.frames = given.frames.value_or(scene.frames);
-  scene.persons = given.persons.value_or(scene.persons);
-  scene.image_size.width = given.width.value_or(scene.image_size.width);
-  scene.image_size.height = given.height.value_or(scene.image_size.height);
-  return scene;
-}
-
 }  // namespace
 
 void add_synth_command(CLI::App& program) {
   const auto options = std::make_shared<SynthOptions>();
-  const auto given = std::make_shared<Given>();
   CLI::App* command = program.add_subcommand(
       "synth",
       "Render a sequence with known truth: a room, a moving camera, walking persons.\n"
@@ -99,29 +83,23 @@ void add_synth_command(CLI::App& program) {
       "simulated network (masks/), the exact masks (masks_true/), and the pixels that move in\n"
       "each frame (masks_moving/).");
   command->add_option("FOLDER", options->folder, "folder for the sequence")->required();
-  command->add_option("--level", given->level, "a level of the list below [a scene of 90 frames]")
+  command
+      ->add_option("--level", options->scene.level,
+                   "a level of the list below [a scene of 90 frames]")
       ->type_name("LEVEL");
-  command->add_option("--seed", given->seed, "another seed is another scene")
-      ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
+  command->add_option("--seed", options->scene.level_seed, "another seed is another scene")
+      ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  command->add_option("--frames", given->frames, "number of frames [90, or 300 for a level]")
-      ->transform(whole_number(1, 1000000));
-  command->add_option("--persons", given->persons, "number of persons, 0 to 8")
-      ->transform(whole_number(0, 8));
-  command->add_option("--width", given->width, "width of the images, pixels [640]")
-      ->transform(whole_number(16, 8192));
-  command->add_option("--height", given->height, "height of the images, pixels [480]")
-      ->transform(whole_number(16, 8192));
+  add_level_size_options(*command, options->scene);
+  command->add_option("--persons", options->persons, "number of persons, 0 to 8")
+      ->check(CLI::Range(0, 8));
   command->add_flag("--overwrite", options->overwrite,
                     "replace an earlier scene in FOLDER when the new one is complete");
   command->footer(
       "example: dynfilter synth scene --frames 90 --seed 1\n"
       "         dynfilter synth medium_5 --level medium --seed 5\n" +
       level_list());
-  command->callback([options, given] {
-    options->scene = scene_options(*given);
-    synthesise(*options);
-  });
+  command->callback([options] { synthesise(*options); });
 }
 
 }  // namespace dynfilter::tools

@@ -17,20 +17,15 @@ namespace dynfilter::tools {
 inline std::string trajectory_note(const std::filesystem::path& file,
                                    const TrajectoryFlaws& flaws) {
   std::string text;
-  const auto add = [&](const FlawedRows& rows, const char* one, const char* many) {
+  const auto add = [&](const char* what, const FlawedRows& rows) {
     if (rows.count == 0) return;
-    text += (text.empty() ? ": " : "; ") + std::to_string(rows.count) + ' ' +
-            (rows.count == 1 ? one : many) +
-            (rows.count == 1 ? " (line " : " (the first in line ") +
-            std::to_string(rows.first_line) + ')';
+    text += (text.empty() ? ": " : "; ") + std::string(what) + ": " + std::to_string(rows.count) +
+            " (first in line " + std::to_string(rows.first_line) + ')';
   };
-  add(flaws.not_a_number, "row with NaN skipped", "rows with NaN skipped");
-  add(flaws.zero_quaternion, "row with a zero quaternion skipped",
-      "rows with a zero quaternion skipped");
-  add(flaws.repeated_time, "row repeats a time and replaces the earlier one",
-      "rows repeat a time and replace the earlier ones");
-  add(flaws.time_goes_back, "row goes back in time and was sorted",
-      "rows go back in time and were sorted");
+  add("rows with NaN, skipped", flaws.not_a_number);
+  add("rows with a zero quaternion, skipped", flaws.zero_quaternion);
+  add("rows that repeat a time, which replace the earlier ones", flaws.repeated_time);
+  add("rows that go back in time, sorted", flaws.time_goes_back);
   return text.empty() ? text : file.string() + text;
 }
 

@@ -93,30 +93,6 @@ TEST_F(RemoteSegmenterTest, TimesOutIfTheImageIsNotRead) {
   other.join();
 }
 
-/// Options of a caller who gives a call up after some questions whether to stop.
-RemoteSegmenterOptions stopped_by_the_caller() {
-  RemoteSegmenterOptions options;
-  options.timeout_s = 3600;  // the test's own limit is far below
-  options.stop = [questions = 0]() mutable { return ++questions > 3; };
-  return options;
-}
-
-const char* const stopped = "the wait for the masks of frame 1 was stopped by the caller";
-
-TEST_F(RemoteSegmenterTest, StopsWaitingIfTheCallerSays) {
-  RemoteSegmenterOptions options = stopped_by_the_caller();
-  options.retry_interval_s = 3600;
-  RemoteSegmenter people(path, options);
-  expect_fails(people, frame_of(1), stopped);  // for a listener
-  const PeerSocket listener = PeerSocket::listening(path, 0);
-  RemoteSegmenter first(path, stopped_by_the_caller()), second(path, stopped_by_the_caller());
-  expect_fails(first, frame_of(1), stopped);   // for a reply
-  expect_fails(second, frame_of(1), stopped);  // for a place in the queue, which is full
-  const PeerSocket others = PeerSocket::listening(path);
-  RemoteSegmenter third(path, stopped_by_the_caller());
-  expect_fails(third, frame_of(1, 1, {2000, 2000}), stopped);  // for the image to be read
-}
-
 // --- Frames during which the other side dies -----------------------------------------------------
 
 constexpr const char* loss = "the other side has closed the connection";

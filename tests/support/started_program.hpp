@@ -7,11 +7,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <csignal>
-#include <optional>
 #include <string>
-#include <thread>
 
 #include "support/file_tree.hpp"
 #include "support/program.hpp"
@@ -39,18 +36,6 @@ class Started {
     int status = 0;
     waitpid(child_, &status, 0);
     return status;
-  }
-
-  /// Waits for the end, but kills the program after the time and returns none.
-  std::optional<int> wait_at_most(std::chrono::seconds time) const {
-    const auto end = std::chrono::steady_clock::now() + time;
-    for (int status = 0; std::chrono::steady_clock::now() < end;) {
-      if (waitpid(child_, &status, WNOHANG) == child_) return status;
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    send(SIGKILL);
-    wait();
-    return std::nullopt;
   }
 
   std::string printed() const { return file_text(printed_); }

@@ -76,30 +76,5 @@ TEST_F(OddInput, ImagesOfDifferentSizesAreRefusedByName) {
                  "1.066667.png: 80x60 pixels, but earlier images have 64x48");
 }
 
-TEST_F(OddInput, ImagesTooSmallForFeaturesAreRefusedByName) {
-  const fs::path sequence = scene_of_any_size(1);
-  const std::string call =
-      "run " + quoted(sequence) + " --rule none --overlays 0 --out " + quoted(folder_ / "out");
-  resize(sequence, "1.000000.png", {48, 2});
-  EXPECT_EQ(run(call).exit_code, 0);
-  resize(sequence, "1.000000.png", {48, 1});
-  expect_refused(call, "rgb/1.000000.png: 48x1 pixels, too few to look for ORB features");
-}
-
-TEST_F(OddInput, NamesThatResultsCannotHaveAreRefused) {
-  const fs::path sequence = scene(2);
-  const std::string call =
-      "run " + quoted(sequence) + " --rule none --out " + quoted(folder_ / "out");
-  fs::create_directory(sequence / "other");
-  fs::copy(sequence / "rgb/1.033333.png", sequence / "other/1.000000.png");
-  fs::copy(sequence / "rgb/1.000000.png", sequence / "rgb/a,b.png");
-  std::ofstream(sequence / "associations.txt")
-      << "1 rgb/1.000000.png 1 depth/1.000000.png\n"
-      << "1.033333 other/1.000000.png 1.033333 depth/1.033333.png\n";
-  expect_refused(call, "rgb/1.000000.png, and results are named by their image");
-  std::ofstream(sequence / "associations.txt") << "1 rgb/a,b.png 1 depth/1.000000.png\n";
-  expect_refused(call, "a,b.png: has a comma or a quote in its name");
-}
-
 }  // namespace
 }  // namespace dynfilter::testing

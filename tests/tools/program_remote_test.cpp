@@ -3,22 +3,15 @@
 
 // What run and masks do if the process that makes their masks dies or is silent.
 
-#include <sys/wait.h>
-
 #include <atomic>
-#include <chrono>
-#include <csignal>
 #include <filesystem>
-#include <optional>
 #include <string>
-#include <thread>
 
 #include <gtest/gtest.h>
 
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "support/remote_peer.hpp"
 #include "support/small_scene_test.hpp"
-#include "support/started_program.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -79,35 +72,9 @@ TEST_F(ProgramRemote, SayThatNothingWasWritten) {
 }
 
 TEST_F(ProgramRemote, RefuseMasksThatTheyWouldNotUse) {
-  for (const char* masks : {" --masks elsewhere", " --degrade eroded"}) {
-    const Outcome outcome = run(run_into("result") + with_peer() + masks);
-    EXPECT_EQ(outcome.exit_code, 1);
-    EXPECT_TRUE(outcome.mentions("excludes --remote")) << outcome.printed;
-  }
-}
-
-TEST_F(ProgramRemote, CtrlCEndsTheWaitForMasks) {
-  std::atomic<int> asked{0};
-  const RemotePeer peer(out("socket"), [&](const PeerSocket&, const ReceivedFrame&) {
-    ++asked;
-    return true;
-  });
-  const std::string silent = with_peer() + " --remote-timeout 600";
-  const std::string calls[] = {run_into("out") + silent, "masks " + quoted(scene()) + silent +
-                                                             " --out " + quoted(out("out"))};
-  for (const std::string& call : calls) {
-    SCOPED_TRACE(call);
-    asked = 0;
-    const Started program(call, out("printed"));
-    while (asked == 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    program.send(SIGINT);
-    const std::optional<int> status = program.wait_at_most(std::chrono::seconds(30));
-    ASSERT_TRUE(status) << "it went on waiting";
-    EXPECT_TRUE(WIFSIGNALED(*status) && WTERMSIG(*status) == SIGINT) << program.printed();
-    EXPECT_NE(program.printed().find("interrupted: each folder"), std::string::npos)
-        << program.printed();
-    EXPECT_TRUE(!fs::exists(out("out")) || fs::is_empty(out("out"))) << "something is left";
-  }
+  const Outcome outcome = run(run_into("result") + with_peer() + " --masks elsewhere");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_TRUE(outcome.mentions("excludes --remote")) << outcome.printed;
 }
 
 }  // namespace

@@ -220,21 +220,6 @@ TEST_F(ProgramSafety, SlowCallsLeaveOldOrNewResultsIfStopped) {
   }
 }
 
-TEST_F(ProgramSafety, SingleFilesReplaceOnlyTheirOwnKind) {
-  const std::string truth = quoted(scene() / "groundtruth.txt");
-  const std::string eval = "eval " + truth + " " + truth + " --frames 1 --json ";
-  expect(refused, eval + truth);
-  expect(refused, eval + quoted(out("to_scene/rgb/1.000000.png")));
-  expect(refused, eval + quoted(out("holder")));
-  expect(allowed, eval + quoted(out("errors.json")));
-  EXPECT_EQ(run(eval + quoted(out("errors.json"))).exit_code, 0);
-  EXPECT_EQ(read_json(out("errors.json"))["written_by"], "dynfilter eval");
-  const Outcome full = run_in_shell("trap '' XFSZ; ulimit -f 0; exec '" DYNFILTER_PROGRAM "' " +
-                                    eval + quoted(out("errors.json")));
-  EXPECT_TRUE(full.mentions("errors.json: cannot be written")) << full.printed;
-  EXPECT_EQ(read_json(out("errors.json"))["written_by"], "dynfilter eval");
-}
-
 TEST_F(ProgramSafety, OddPathsAreTakenOrRefused) {
   for (const std::string& command :
        {"run " + quoted(scene()) + " --out", "ablate " + quoted(scene()) + " --out",

@@ -7,7 +7,6 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include <filesystem>
-#include <functional>
 #include <memory>
 
 #include "dynfilter/segmenter.hpp"
@@ -27,9 +26,6 @@ struct RemoteSegmenterOptions {
   /// 0.1. Above 0, a frame whose connection is lost before its reply has come is sent once more, to
   /// the process that listens then.
   double retry_interval_s = 0;
-  /// Ends a call early: once it returns true, the call fails. A waiting call asks at least ten
-  /// times a second, in its own thread. Empty: no call ends early.
-  std::function<bool()> stop;
 };
 
 /// Gets the instances of a frame from another process on this machine, which listens at a Unix
@@ -38,11 +34,10 @@ struct RemoteSegmenterOptions {
 ///
 /// Either side may start first, die and come back. The server works on one frame at a time: the
 /// call after a late reply waits for it and discards it; one that is 60 s late is lost. segment()
-/// throws std::runtime_error that begins with the socket's path, if nobody listens, time is up,
-/// `stop` returns true, the connection is lost, the server reports an error, or its reply violates
-/// the protocol; and std::invalid_argument for an image of another type than CV_8UC1 or CV_8UC3, or
-/// above 16384 in a side or 2^25 pixels. It is then still usable. For one thread, and one process
-/// of a fork().
+/// throws std::runtime_error that begins with the socket's path, if nobody listens, time is up, the
+/// connection is lost, the server reports an error, or its reply violates the protocol; and
+/// std::invalid_argument for an image of another type than CV_8UC1 or CV_8UC3, or above 16384 in a
+/// side or 2^25 pixels. It is then still usable. For one thread, and one process of a fork().
 class RemoteSegmenter final : public Segmenter {
  public:
   /// Takes the path and the options; connects later. Throws std::invalid_argument for options out

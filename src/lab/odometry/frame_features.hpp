@@ -13,7 +13,7 @@
 #include <dynfilter/frame.hpp>
 #include <opencv2/core.hpp>
 
-#include "reprojection.hpp"
+#include "pose_estimation.hpp"
 
 namespace odometry {
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "local_mapping.hpp"
+#include "local_map.hpp"
 
 #include <algorithm>
 #include <limits>

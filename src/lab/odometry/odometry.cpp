@@ -8,8 +8,6 @@
 #include <string>
 #include <utility>
 
-#include "local_mapping.hpp"
-
 namespace odometry {
 namespace {
 
@@ -59,10 +57,9 @@ FrameResult Odometry::track(const dynfilter::FrameView& frame,
       make_features(frame, keypoints, descriptors, parameters_, {max_depth_m, disparity_sigma_px});
   tracking.points.assign(tracking.features.size(), no_point);
   FrameResult result;
-  result.features = tracking.features.size();
   if (map_.empty()) {
     if (!start(tracking)) return result;
-    result.inliers = result.features;
+    result.inliers = tracking.features.size();
     result.is_keyframe = true;
     result.tracked = Tracked::found;
     return finish(frame.timestamp_s, std::move(tracking), result);
@@ -117,8 +114,7 @@ std::size_t Odometry::find_again(Tracking& tracking) {
     std::fill(tracking.points.begin(), tracking.points.end(), no_point);
     match_keyframe(map_, map_.keyframe(id), tracking);
     std::vector<PointMatch> matches = matches_of(tracking);
-    const auto pose =
-        pnp_ransac(camera_, matches, min_inliers / 2, seed_ * 0x9E3779B97F4A7C15U + frames_);
+    const auto pose = pnp_ransac(camera_, matches, min_inliers / 2, frames_);
     if (!pose) continue;
     tracking.pose = *pose;
     const std::size_t inliers = refine(tracking);

@@ -13,7 +13,6 @@
 #include <dynfilter/evaluation/trajectory.hpp>
 
 #include "local_map.hpp"
-#include "pose_estimation.hpp"
 
 namespace odometry {
 
@@ -26,7 +25,6 @@ enum class Tracked {
 struct FrameResult {
   Tracked tracked = Tracked::waiting;
   std::optional<dynfilter::TimedPose> pose;  ///< camera to world; std::nullopt while waiting
-  std::size_t features = 0;                  ///< left by the filter
   std::size_t inliers = 0;
   bool is_keyframe = false;
 };
@@ -35,12 +33,10 @@ struct FrameResult {
 /// motion and refined. It is built like ORB-SLAM, so moving objects disturb it in the same way. It
 /// closes no loops. The world is the camera's frame at the first keyframe.
 ///
-/// Equal frames, masks and seeds give bit-identical poses on one machine.
+/// Equal frames and masks give bit-identical poses on one machine.
 class Odometry {
  public:
-  /// Takes the seed of the samples that recover a lost track.
-  explicit Odometry(const dynfilter::CameraParameters& camera, std::uint64_t seed = 0)
-      : parameters_(camera), seed_(seed) {}
+  explicit Odometry(const dynfilter::CameraParameters& camera) : parameters_(camera) {}
 
   /// Tracks a frame with features that the caller has extracted and filtered: one descriptor a row,
   /// CV_8UC1 of 32 columns. Frames come in the order of time. Throws std::invalid_argument for
@@ -52,7 +48,6 @@ class Odometry {
   const dynfilter::Trajectory& trajectory() const { return trajectory_; }
 
   std::size_t lost_frames() const { return lost_frames_; }
-  std::size_t keyframes() const { return map_.size(); }
 
  private:
   bool start(Tracking& tracking);
@@ -67,8 +62,6 @@ class Odometry {
   FrameResult finish(double timestamp_s, Tracking tracking, FrameResult result);
 
   dynfilter::CameraParameters parameters_;
-  std::uint64_t seed_;
-
   PinholeCamera camera_;
   LocalMap map_;
   Tracking last_;

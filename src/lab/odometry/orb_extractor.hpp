@@ -22,10 +22,6 @@ double octave_scale(int octave);
 /// crowd where texture is strongest, and features of one corner give a poor pose.
 class OrbExtractor {
  public:
-  /// Shortest side of an image that OpenCV's pyramid can be made of. Below 63 pixels there is no
-  /// feature, because ORB takes none near the border.
-  static constexpr int min_side_px = 2;
-
   explicit OrbExtractor(int features);
 
   /// Extracts at most `features` keypoints of a grey image, and one descriptor row for each.

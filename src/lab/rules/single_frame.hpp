@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Rules of other systems that judge single frames.
+// Rules of other systems that judge single frames, as stages, and helpers for such rules. All are
+// written from descriptions in prose and share no code with the systems that they are named after.
 
 #ifndef DYNFILTER_SRC_LAB_RULES_SINGLE_FRAME_HPP
 #define DYNFILTER_SRC_LAB_RULES_SINGLE_FRAME_HPP
@@ -10,17 +11,55 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
+#include <dynfilter/filter_input.hpp>
+#include <dynfilter/frame.hpp>
 #include <dynfilter/host_masks.hpp>
+#include <dynfilter/instance.hpp>
+#include <dynfilter/labels.hpp>
 #include <dynfilter/mask_culler.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "lab/rules/support.hpp"
-
 namespace dynfilter::peers {
+
+/// Class ids of the instances that a rule takes for dynamic.
+using Classes = std::vector<int>;
+
+inline MaskCuller culler_of(const Classes& dynamic_classes) {
+  MaskCullerOptions options;
+  options.dynamic_classes = dynamic_classes;
+  return MaskCuller(options);
+}
+
+/// Returns the part in the image of a box that is grown by a margin on each side; empty if it lies
+/// outside. An empty box stays empty. Computed in doubles, because boxes may lie anywhere.
+inline cv::Rect grown_box(const cv::Rect& box, int margin, const cv::Size& image) {
+  if (box.empty()) return {};
+  const cv::Rect2d grown(double{1} * box.x - margin, double{1} * box.y - margin,
+                         box.width + 2.0 * margin, box.height + 2.0 * margin);
+  return grown & cv::Rect2d({}, cv::Size2d(image));
+}
+
+/// Dilates a mask in place by a square of 2 radius + 1 pixels.
+inline void dilate_by_square(cv::Mat& mask, int radius) {
+  const cv::Size size(2 * radius + 1, 2 * radius + 1);
+  cv::dilate(mask, mask, cv::getStructuringElement(cv::MORPH_RECT, size));
+}
+
+/// Tells whether a pixel is in the image and set in its mask, CV_8UC1.
+inline bool is_set(const cv::Mat& mask, cv::Point pixel) {
+  return cv::Rect({0, 0}, mask.size()).contains(pixel) && mask.at<std::uint8_t>(pixel) != 0;
+}
+
+/// Removes the features on a mask of the image, CV_8UC1. Names no instance, because a union of
+/// masks does not tell whose a pixel is.
+inline void remove_on_mask(const cv::Mat& mask, const FilterInput& input, FeatureLabels& labels) {
+  for (std::size_t i = 0; i < input.features.size(); ++i) {
+    if (is_set(mask, input.features.pixel(i))) labels.remove(i, -1, Reason::custom, 1.0F);
+  }
+}
 
 /// The mask part of DynaSLAM (B. Bescos et al., "DynaSLAM: Tracking, Mapping and Inpainting in
 /// Dynamic Scenes", RA-L 2018): removes the features on the union of the masks, dilated by an
@@ -28,11 +67,8 @@ namespace dynfilter::peers {
 /// multi-view geometry is DepthConsistency. An instance without a mask removes nothing.
 class DilatedMask {
  public:
-  explicit DilatedMask(Classes dynamic_classes = {0}) {
-    MaskCullerOptions options;
-    options.dynamic_classes = std::move(dynamic_classes);
-    culler_ = MaskCuller(options);
-  }
+  explicit DilatedMask(const Classes& dynamic_classes = {0})
+      : culler_(culler_of(dynamic_classes)) {}
 
   void operator()(const FilterInput& input, FeatureLabels& labels) const {
     validate(input, labels, "peers::DilatedMask");
@@ -52,23 +88,23 @@ class DilatedMask {
 /// overlap, the first one removes the feature.
 class WholeBox {
  public:
-  explicit WholeBox(Classes dynamic_classes = {0}) : classes_(std::move(dynamic_classes)) {}
+  explicit WholeBox(const Classes& dynamic_classes = {0}) : culler_(culler_of(dynamic_classes)) {}
 
   void operator()(const FilterInput& input, FeatureLabels& labels) const {
     validate(input, labels, "peers::WholeBox");
     const std::vector<Instance>& instances = input.segmentation.instances;
     for (std::size_t k = 0; k < instances.size(); ++k) {
-      if (!is_dynamic(instances[k], classes_)) continue;
+      if (!culler_.is_dynamic(instances[k].class_id)) continue;
       const cv::Rect box = grown_box(instances[k].box, 5, input.segmentation.image_size);
       for (std::size_t i = 0; i < input.features.size(); ++i) {
         if (!box.contains(input.features.pixel(i))) continue;
-        remove(labels, i, static_cast<std::ptrdiff_t>(k));
+        labels.remove(i, static_cast<std::int32_t>(k), Reason::custom, 1.0F);
       }
     }
   }
 
  private:
-  Classes classes_;
+  MaskCuller culler_;
 };
 
 /// NGD-SLAM's rule for boxes (Y. Zhang et al., "NGD-SLAM: Towards Real-Time Dynamic SLAM without
@@ -81,7 +117,8 @@ class WholeBox {
 /// applies to the union. Without a depth image the rule removes nothing.
 class BoxDepthMask {
  public:
-  explicit BoxDepthMask(Classes dynamic_classes = {0}) : classes_(std::move(dynamic_classes)) {}
+  explicit BoxDepthMask(const Classes& dynamic_classes = {0})
+      : culler_(culler_of(dynamic_classes)) {}
 
   void operator()(const FilterInput& input, FeatureLabels& labels) const {
     validate(input, labels, "peers::BoxDepthMask");
@@ -89,7 +126,7 @@ class BoxDepthMask {
     const cv::Size image = input.frame.depth.size();
     cv::Mat mask(image, CV_8UC1, cv::Scalar::all(0));
     for (const Instance& instance : input.segmentation.instances) {
-      if (!is_dynamic(instance, classes_)) continue;
+      if (!culler_.is_dynamic(instance.class_id)) continue;
       std::vector<double> depths = depths_in(input.frame, grown_box(instance.box, 0, image));
       if (depths.empty()) continue;
       const double depth = (quantile(depths, 0.5) + quantile(depths, 0.33)) / 2;
@@ -150,7 +187,7 @@ class BoxDepthMask {
     if (largest > 0) canvas(region).setTo(cv::Scalar::all(255), components == largest);
   }
 
-  Classes classes_;
+  MaskCuller culler_;
 };
 
 }  // namespace dynfilter::peers

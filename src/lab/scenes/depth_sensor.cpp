@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "sensors.hpp"
+#include "renderer.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "sensors.hpp"
+#include "renderer.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,7 +13,6 @@
 
 #include "moment.hpp"
 #include "noise.hpp"
-#include "renderer.hpp"
 
 namespace dynfilter::scene {
 namespace {

@@ -58,13 +58,16 @@ WalkingTime walking_time(const SyntheticSceneOptions& options, int person, doubl
   return time;
 }
 
-/// Returns the state of a person who stays.
+cv::Vec2d middle_of_way(const SyntheticSceneOptions& options, int person) {
+  const double rank = person - 0.5 * (options.persons - 1);
+  return {options.persons_spacing_m * rank,
+          options.person_distance_m + options.persons_gap_m * (person % 2) + 0.05 * (person / 2)};
+}
+
+/// Returns the state of a person who stays in the middle of the way.
 Walk stay(const SyntheticSceneOptions& options, int person, double elapsed_s) {
   Walk walk;
-  const double rank = person - 0.5 * (options.persons - 1);
-  walk.place = {
-      options.persons_spacing_m * rank,
-      options.person_distance_m + options.persons_gap_m * (person % 2) + 0.05 * (person / 2)};
+  walk.place = middle_of_way(options, person);
   const double turn = between(make_key(options.seed, Stream::walk, person, 1), -0.4, 0.4);
   walk.forward = {std::sin(turn), -std::cos(turn)};
   walk.swing = options.limb_swing;
@@ -98,10 +101,8 @@ Walk walk_at(const SyntheticSceneOptions& options, int person, double elapsed_s)
   const bool rightward = std::fmod(std::abs(half_turns), 2.0) < 0.5;
 
   Walk walk;
-  const double rank = person - 0.5 * (options.persons - 1);
-  walk.place = {
-      x + options.persons_spacing_m * rank,
-      options.person_distance_m + options.persons_gap_m * (person % 2) + 0.05 * (person / 2)};
+  walk.place = middle_of_way(options, person);
+  walk.place[0] += x;
   // A person who turns faces the camera half-way, and always looks a little towards it.
   walk.forward = {speed, -0.30 - slowest * (1 - std::abs(speed))};
   if (options.surroundings == Surroundings::workplace) walk.forward = {0, -1};
@@ -263,10 +264,10 @@ Block pushed_box(const SyntheticSceneOptions& options, double elapsed_s) {
 
 /// Returns a box before a person's chest, turned as the person is.
 Block carried_box(const SyntheticSceneOptions& options, double elapsed_s) {
-  const cv::Vec2d place = place_at(options, 0, elapsed_s);
-  const cv::Vec2d forward = forward_at(options, 0, elapsed_s);
-  Block made =
-      box({place[0] + 0.36 * forward[0], place[1] + 0.36 * forward[1], 1.12}, {0.46, 0.30, 0.36});
+  const Walk walk = walk_at(options, 0, elapsed_s);
+  const cv::Vec2d& forward = walk.forward;
+  Block made = box({walk.place[0] + 0.36 * forward[0], walk.place[1] + 0.36 * forward[1], 1.12},
+                   {0.46, 0.30, 0.36});
   // The box's local y is the person's forward.
   made.cosine = forward[1];
   made.sine = -forward[0];
@@ -284,20 +285,11 @@ cv::Vec2d place_at(const SyntheticSceneOptions& options, int person, double elap
   return walk_at(options, person, elapsed_s).place;
 }
 
-cv::Vec2d forward_at(const SyntheticSceneOptions& options, int person, double elapsed_s) {
-  return walk_at(options, person, elapsed_s).forward;
-}
-
-Bodies bodies_at(const SyntheticSceneOptions& options, double elapsed_s) {
-  Bodies bodies;
-  for (int person = 0; person < options.persons; ++person) {
-    bodies.push_back(body_at(options, person, elapsed_s));
-  }
-  return bodies;
-}
-
 Moment moment_at(const SyntheticSceneOptions& options, double elapsed_s) {
-  Moment moment{elapsed_s, bodies_at(options, elapsed_s), {}};
+  Moment moment{elapsed_s, {}, {}};
+  for (int person = 0; person < options.persons; ++person) {
+    moment.bodies.push_back(body_at(options, person, elapsed_s));
+  }
   if (options.moving_box == MovingBox::pushed) {
     moment.boxes.push_back(pushed_box(options, elapsed_s));
   }

@@ -42,15 +42,10 @@ struct BodyPart {
 /// and the order of the parts are always the same.
 std::vector<BodyPart> body_at(const SyntheticSceneOptions& options, int person, double elapsed_s);
 
-/// Return the point of the floor below a person, and the direction in which the person looks; x and
-/// y in the world.
+/// Returns the point of the floor below a person; x and y in the world.
 cv::Vec2d place_at(const SyntheticSceneOptions& options, int person, double elapsed_s);
-cv::Vec2d forward_at(const SyntheticSceneOptions& options, int person, double elapsed_s);
 
 using Bodies = std::vector<std::vector<BodyPart>>;
-
-/// Returns the bodies of all persons.
-Bodies bodies_at(const SyntheticSceneOptions& options, double elapsed_s);
 
 /// Everything that moves, at one time: persons, and a box of no class.
 struct Moment {

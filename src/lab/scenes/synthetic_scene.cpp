@@ -12,7 +12,6 @@
 #include "moment.hpp"
 #include "noise.hpp"
 #include "renderer.hpp"
-#include "sensors.hpp"
 
 namespace dynfilter {
 namespace {

@@ -8,7 +8,6 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -26,26 +25,17 @@ inline Clock::duration duration_of(double seconds) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
-/// The end of the time for one call. It passes early if `stop`, unless that is empty, is true.
+/// The end of the time for one call.
 class Deadline {
  public:
-  Deadline(double seconds_from_now, std::function<bool()> stop)
-      : end_(Clock::now() + duration_of(seconds_from_now)), stop_(std::move(stop)) {}
+  explicit Deadline(double seconds_from_now) : end_(Clock::now() + duration_of(seconds_from_now)) {}
 
-  bool has_passed() const { return Clock::now() >= end_ || is_stopped(); }
+  bool has_passed() const { return Clock::now() >= end_; }
 
-  bool is_stopped() const { return stop_ && stop_(); }
-
-  /// Returns how long to wait before has_passed() is to be asked again.
-  Clock::duration left() const {
-    constexpr std::chrono::milliseconds pause(50);  // between questions whether to stop
-    const auto left = std::max(end_ - Clock::now(), Clock::duration::zero());
-    return stop_ ? std::min<Clock::duration>(left, pause) : left;
-  }
+  Clock::duration left() const { return std::max(end_ - Clock::now(), Clock::duration::zero()); }
 
  private:
   Clock::time_point end_;
-  std::function<bool()> stop_;
 };
 
 /// Reports that time is up. A half-received reply may be received further.
