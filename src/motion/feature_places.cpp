@@ -94,11 +94,15 @@ Suspicion suspicion_on(const MotionContext& context, std::size_t instance) {
   return context.memory.instances.was_still(instance) ? Suspicion::standing : Suspicion::moving;
 }
 
-/// Returns how a feature is suspected by what the earlier stages say.
-Suspicion suspicion_by_label(const MotionContext& context, const FeatureLabel& label) {
+/// Returns how a feature is suspected by what the earlier stages say. Cautious compensation removes
+/// only what is surely an object's.
+Suspicion suspicion_by_label(const MotionContext& context, const FeatureLabel& label,
+                             bool is_cautious) {
   if (!label.removed) return Suspicion::none;
-  if (label.reason == Reason::compensated) return Suspicion::compensated;
-  const bool is_of_object = label.reason == Reason::in_mask && label.instance >= 0;
+  const bool is_compensated = label.reason == Reason::compensated;
+  if (is_compensated && !is_cautious) return Suspicion::compensated;
+  const bool is_of_object =
+      (is_compensated || label.reason == Reason::in_mask) && label.instance >= 0;
   if (!is_of_object) return Suspicion::foreign;
   return suspicion_on(context, static_cast<std::size_t>(label.instance));
 }
@@ -143,8 +147,9 @@ void read_features(const MotionContext& context) {
 
 void suspect_features(const MotionContext& context, const FeatureLabels& labels) {
   std::vector<FeatureMotion>& features = context.scratch.features;
+  const bool is_cautious = labels.statistics().was_cautious();
   for (std::size_t i = 0; i < features.size(); ++i) {
-    features[i].suspicion = suspicion_by_label(context, labels[i]);
+    features[i].suspicion = suspicion_by_label(context, labels[i], is_cautious);
   }
   suspect_expected(context);
   const std::vector<Instance>& instances = context.input.segmentation.instances;

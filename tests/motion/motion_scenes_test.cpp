@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: MIT
 
 // Motion along the view, which the depth shows and the image hardly does; a compensator that takes
-// too much; a camera that only turns.
+// too much; a camera that only turns; a crowd before the camera.
 
 #include "dynfilter/detail/mask_distance.hpp"
 #include "dynfilter/dynfilter.hpp"
-#include "dynfilter/motion/motion_judge.hpp"
+#include "dynfilter/motion/motion_filter.hpp"
 #include "motion/motion_frame.hpp"
 #include "motion/motion_residual.hpp"
 #include "support/motion_rig.hpp"
@@ -196,6 +196,29 @@ TEST(MotionTurn, DoesNotFollowTheCart) {
     EXPECT_TRUE(over.is_used) << frame;
     EXPECT_LT(cv::norm(over.pose.translation), 0.003) << frame;
   }
+}
+
+/// Cautious compensation leaves too few features to outvote those that it removes.
+TEST(MotionCrowd, DoesNotLeadTheCamerasMotionAstray) {
+  SyntheticSceneOptions options = scene_level("near_crowd", 102);
+  options.image_size = {480, 360};
+  const SyntheticScene scene(options);
+  MotionFilter filter(camera());
+  FeatureLabels labels;
+  Workspace workspace;
+  int astray = 0;
+  for (int frame = 60; frame < 70; ++frame) {
+    const Shot shot = shot_of(scene, frame);
+    filter.apply(shot.rendered.frame, shot.rendered.poor_segmentation, shot.keypoints, labels,
+                 workspace);
+    EXPECT_TRUE(labels.statistics().was_cautious()) << frame;
+    EXPECT_LT(labels.statistics().kept(), shot.keypoints.size() / 3) << frame;
+    if (frame == 60) continue;
+    const auto& over = workspace.get<detail::MotionScratch>().over[detail::short_baseline];
+    const cv::Vec3d truth = exact_prior(scene, frame).pose.translation;
+    astray += cv::norm(over.pose.translation - truth) > 0.001 ? 1 : 0;
+  }
+  EXPECT_LE(astray, 1);
 }
 
 }  // namespace
