@@ -69,8 +69,7 @@ case "$name" in
     chosen[--seeds]=101-103
     chosen[--frames]=120
     chosen[--truth]=motion
-    chosen[--rules]=none,mask,depth,motion,masks_motion,depth_motion
-    chosen[--rules]+=,dynaslam_geometry,perfect
+    chosen[--rules]=none,mask,depth,motion,masks_motion,depth_motion,perfect
     marks='motion tables'
     tables='^all: (dynamic left|ATE over that of rule mask)'
     ;;

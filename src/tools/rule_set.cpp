@@ -11,7 +11,6 @@
 #include "dynfilter/edge_compensator.hpp"
 #include "dynfilter/motion/motion_judge.hpp"
 #include "dynfilter/stage.hpp"
-#include "lab/rules/depth_consistency.hpp"
 #include "lab/rules/single_frame.hpp"
 
 namespace dynfilter::tools {
@@ -44,15 +43,6 @@ AnyStage depth(const Parts&) { return DepthCompensator(); }
 template <class Rule>
 AnyStage on_frame(const Parts& parts) {
   return any_stage(Rule(parts.masks.dynamic_classes));
-}
-
-/// Makes DynaSLAM's rule that remembers frames, which copies share.
-AnyStage dynaslam_geometry(const Parts& parts) {
-  return
-      [rule = std::make_shared<peers::DepthConsistency>(parts.camera, parts.masks.dynamic_classes)](
-          const FilterInput& input, FeatureLabels& labels, Workspace& workspace) {
-        (*rule)(input, labels, workspace);
-      };
 }
 
 /// Makes a stage and, after it, a motion judge, which copies share.
@@ -97,9 +87,6 @@ const std::vector<Entry>& entries() {
       {{"depth_motion", "rule depth, then what moves; still objects get theirs back (the default)",
         M::culled, S::motion},
        then_motion<depth>},
-      {{"dynaslam_geometry", "features on regions nearer than in earlier frames (DynaSLAM)",
-        M::left, S::frames},
-       dynaslam_geometry},
       {{"perfect", "features on the true masks; with --truth motion, on what moves", M::exact,
         S::none},
        nothing},

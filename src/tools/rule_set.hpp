@@ -32,9 +32,8 @@ enum class RuleMasks : std::uint8_t {
 /// The rule's own stage, after the mask culler or alone.
 enum class RuleStage : std::uint8_t {
   none,
-  frame,   ///< judges each frame by itself
-  motion,  ///< judges features by their motion
-  frames   ///< another system's, which compares frames
+  frame,  ///< judges each frame by itself
+  motion  ///< judges features by their motion
 };
 
 struct RuleInfo {
@@ -50,7 +49,7 @@ struct RuleInfo {
   bool compensates() const { return stage != RuleStage::none; }
   bool follows_motion() const { return stage == RuleStage::motion; }
   /// Whether the rule follows objects from frame to frame. Such rules run only on request.
-  bool needs_every_frame() const { return moves_masks() || stage >= RuleStage::motion; }
+  bool needs_every_frame() const { return moves_masks() || follows_motion(); }
 };
 
 /// Returns the names of all rules, in the tables' order.

@@ -16,7 +16,7 @@
 namespace dynfilter::testing {
 namespace {
 
-const std::vector<std::string> frame_rules = {"motion", "depth_motion", "dynaslam_geometry"};
+const std::vector<std::string> frame_rules = {"motion", "depth_motion", "mask_moved"};
 
 TEST(FrameRules, ScenesOfASweepDoNotTouchEachOther) {
   const TemporaryFolder folder;

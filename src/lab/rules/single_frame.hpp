@@ -64,7 +64,7 @@ inline void remove_on_mask(const cv::Mat& mask, const FilterInput& input, Featur
 /// The mask part of DynaSLAM (B. Bescos et al., "DynaSLAM: Tracking, Mapping and Inpainting in
 /// Dynamic Scenes", RA-L 2018): removes the features on the union of the masks, dilated by an
 /// ellipse of 31x31. That its frame class then erodes the mask of what to keep is left out. Its
-/// multi-view geometry is DepthConsistency. An instance without a mask removes nothing.
+/// multi-view geometry is left out, too. An instance without a mask removes nothing.
 class DilatedMask {
  public:
   explicit DilatedMask(const Classes& dynamic_classes = {0})
