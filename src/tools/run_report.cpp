@@ -158,6 +158,7 @@ void print_report(const RunRecord& run) {
   if (run.trajectory) print_trajectory(run);
   std::printf("time a frame                                 median        95 %%\n");
   for (const auto& [name, time_ms] : times_of_frames) {
+    if (run.quantile_ms(time_ms, 1) == 0) continue;  // masks of files
     std::printf("  %-38s %6.3f ms %8.3f ms\n", name, run.quantile_ms(time_ms, 0.5),
                 run.quantile_ms(time_ms, 0.95));
   }
