@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 the dynfilter authors
 # SPDX-License-Identifier: MIT
-"""The rule `mask` against an oracle in NumPy: a feature goes if its pixel is near a mask."""
+"""The filter: the rule `mask` against an oracle in NumPy, depths of features, checks of the input."""
 
 import numpy as np
 import pytest
@@ -100,3 +100,61 @@ def test_missed_limb_is_compensated(scene):
     assert (labels.reason[limb] == int(dynfilter.Reason.compensated)).all()
     assert labels.statistics.instances[0].compensation == dynfilter.Compensation.applied
     assert labels.statistics.instances[0].depth_range_m.contains(1.5)
+
+
+def person_in_its_box():
+    """A mask in the left half of its box, features on it, on the wall, and two to its right."""
+    mask = np.zeros((480, 640), bool)
+    mask[100:400, 200:300] = True
+    frame = dynfilter.FrameView(image=np.zeros((480, 640), np.uint8))
+    segmentation = dynfilter.Segmentation.from_masks(
+        frame, mask[None], boxes=np.array([[200, 100, 400, 400]], np.float32)
+    )
+    on_mask = [(x, y) for x in (210, 250, 290) for y in range(110, 390, 30)]
+    on_wall = [(500, 100 + 5 * k) for k in range(40)]
+    points = np.array(on_mask + on_wall + [(380, 200), (380, 300)], np.float32)
+    depths_m = np.full(len(points), 2.0)
+    depths_m[len(on_mask) : -2] = 6.0
+    depths_m[-1] = 6.0
+    return frame, segmentation, points, depths_m
+
+
+def test_what_stands_at_the_persons_depth_goes():
+    frame, segmentation, points, depths_m = person_in_its_box()
+    labels = dynfilter.DynamicFilter().apply(frame, segmentation, points, depths_m=depths_m)
+    assert labels.removed[:30].all()
+    assert not labels.removed[30:-2].any()
+    assert labels[-2].reason == dynfilter.Reason.compensated
+    assert not labels.removed[-1]
+    compensation = labels.statistics.instances[0].compensation
+    assert compensation == dynfilter.Compensation.applied_without_image
+    with pytest.raises(ValueError, match="depths_m of .*; want one for each feature, 72"):
+        dynfilter.DynamicFilter().apply(frame, segmentation, points, depths_m=depths_m[1:])
+
+
+def findings_of(scene, masks, scale=1.0):
+    checks = dynfilter.InputChecks(dynamic_classes=[0])
+    checks.note_camera(100, 100, 80, 60)
+    for i in range(8):
+        frame = scene.frame(timestamp_s=i / 30, metres_per_unit=scale / 5000)
+        checks.add(frame, dynfilter.Segmentation.from_masks(frame, masks), scene.points)
+    assert len(checks) == 8
+    return {finding.check: finding.sentence for finding in checks.findings()}
+
+
+def test_inverted_masks_and_a_wrong_unit_are_named(scene):
+    sound = findings_of(scene, scene.mask[None])
+    assert "masks_everywhere" not in sound and "depth_unit" not in sound
+    inverted = findings_of(scene, (scene.mask[None] == 0).astype(np.uint8))
+    assert "are they inverted" in inverted["masks_everywhere"]
+    assert "too large" in findings_of(scene, scene.mask[None], 100)["depth_unit"]
+
+
+def test_misuse_is_refused(scene):
+    checks = dynfilter.InputChecks()
+    checks.add(scene.frame())
+    assert checks.findings() == []
+    with pytest.raises(TypeError):
+        checks.add(scene.frame(), scene.mask)
+    with pytest.raises(ValueError, match="metres_per_unit"):
+        checks.add(dynfilter.FrameView(depth=np.zeros((4, 4), np.uint16)))
