@@ -6,7 +6,6 @@
 #include "dynfilter/evaluation/association.hpp"
 #include "support/sequence_folder.hpp"
 #include "support/test.hpp"
-#include "support/test_data.hpp"
 
 namespace dynfilter::testing {
 namespace {

@@ -5,8 +5,9 @@
 
 #include <locale>
 
+#include <Eigen/Geometry>
+
 #include "support/test.hpp"
-#include "support/test_data.hpp"
 
 namespace dynfilter::testing {
 namespace {

@@ -6,7 +6,6 @@
 #include "io/staged_folder.hpp"
 
 #include "io/file_writing.hpp"
-#include "support/file_tree.hpp"
 #include "support/process.hpp"
 #include "support/test.hpp"
 

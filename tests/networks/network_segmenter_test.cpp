@@ -10,7 +10,6 @@
 #include "models.hpp"
 #include "support/scene_images.hpp"
 #include "support/test.hpp"
-#include "support/test_data.hpp"
 
 namespace dynfilter {
 namespace {

@@ -5,7 +5,6 @@
 
 #include "dynfilter/plugin.hpp"
 
-#include "support/file_tree.hpp"
 #include "support/host_frame.hpp"
 #include "support/process.hpp"
 #include "support/test.hpp"

@@ -5,7 +5,6 @@
 
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "support/test.hpp"
-#include "support/test_data.hpp"
 
 namespace dynfilter::testing {
 namespace {

@@ -3,23 +3,11 @@
 
 #include "dynfilter/segmenters/input_checks.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <limits>
-#include <numeric>
-#include <optional>
-#include <string>
-#include <vector>
-
-#include <gtest/gtest.h>
-#include <opencv2/imgproc.hpp>
-
 #include "dynfilter/dynamic_filter.hpp"
 #include "lab/odometry/orb_extractor.hpp"
 #include "lab/scenes/scene_levels.hpp"
 #include "lab/scenes/synthetic_scene.hpp"
-#include "support/expect_error.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter {
 namespace {

@@ -5,7 +5,6 @@
 
 #include "support/mask_folder.hpp"
 #include "support/test.hpp"
-#include "support/test_data.hpp"
 
 namespace dynfilter::testing {
 namespace {

@@ -3,27 +3,19 @@
 
 // Runs the program dynfilter and reads its output.
 
-#ifndef DYNFILTER_TESTS_SUPPORT_PROGRAM_HPP
-#define DYNFILTER_TESTS_SUPPORT_PROGRAM_HPP
+#pragma once
 
 #include <sys/wait.h>
 #include <unistd.h>
 #include <wordexp.h>
 
-#include <array>
-#include <cstddef>
+#include <csignal>
 #include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <sstream>
-#include <string>
-#include <vector>
 
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
 
+#include "support/test.hpp"
 #include "tools/commands.hpp"
 
 namespace dynfilter::testing {
@@ -91,6 +83,24 @@ inline Outcome run_at_most(unsigned int seconds, const std::string& arguments) {
 
 inline Outcome run(const std::string& arguments) { return run_at_most(600, arguments); }
 
+/// Runs the program, which must do its work.
+inline Outcome succeed(const std::string& arguments) {
+  Outcome outcome = run(arguments);
+  EXPECT_EQ(outcome.exit_code, 0) << arguments << '\n' << outcome.printed;
+  return outcome;
+}
+
+inline void expect_mentions(const Outcome& outcome, const std::string& text) {
+  EXPECT_TRUE(outcome.mentions(text)) << "not said: " << text << '\n' << outcome.printed;
+}
+
+/// Runs the program, which must fail and say `text`.
+inline void expect_refused(const std::string& arguments, const std::string& text) {
+  const Outcome outcome = run(arguments);
+  EXPECT_NE(outcome.exit_code, 0) << arguments;
+  expect_mentions(outcome, text);
+}
+
 inline std::string quoted(const fs::path& path) { return "'" + path.string() + "'"; }
 
 /// Rows of a CSV file, header first.
@@ -121,6 +131,34 @@ inline nlohmann::json read_json(const fs::path& path) {
   return nlohmann::json::parse(file);
 }
 
-}  // namespace dynfilter::testing
+/// Started program, whose output goes to a file.
+class Started {
+ public:
+  Started(const std::string& arguments, const fs::path& printed) : printed_(printed) {
+    const std::string command =
+        "exec '" DYNFILTER_PROGRAM "' " + arguments + " >" + quoted(printed) + " 2>&1";
+    child_ = fork();
+    if (child_ == 0) {
+      std::signal(SIGINT, SIG_DFL);
+      execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+      _exit(127);
+    }
+  }
 
-#endif  // DYNFILTER_TESTS_SUPPORT_PROGRAM_HPP
+  void send(int signal) const { kill(child_, signal); }
+
+  /// Waits for the end; returns the status of waitpid.
+  int wait() const {
+    int status = 0;
+    waitpid(child_, &status, 0);
+    return status;
+  }
+
+  std::string printed() const { return file_text(printed_); }
+
+ private:
+  fs::path printed_;
+  pid_t child_ = -1;
+};
+
+}  // namespace dynfilter::testing

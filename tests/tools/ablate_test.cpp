@@ -3,17 +3,12 @@
 
 // `dynfilter ablate`, its tables, and examples/report.py, which draws its results.
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <cstdio>
-#include <filesystem>
-#include <string>
-#include <vector>
 
 #include "support/program.hpp"
 #include "support/small_scene_test.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/test.hpp"
+#include "tools/rule_set.hpp"
 #include "tools/run_record.hpp"
 
 namespace dynfilter::testing {
@@ -25,32 +20,22 @@ constexpr const char* tiny = " --frames 4 --width 160 --height 120 --features 20
 class Ablate : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new TemporaryFolder();
-    outcome_ =
-        new Outcome(run("ablate --levels static,medium --seeds 1-2 --rules perfect,paper,mask" +
-                        std::string(tiny) + " --out " + quoted(out("sweep"))));
-    ASSERT_EQ(outcome_->exit_code, 0) << outcome_->printed;
+    folder_.emplace();
+    outcome_ = succeed("ablate --levels static,medium --seeds 1-2 --rules perfect,paper,mask" +
+                       std::string(tiny) + " --out " + quoted(out("sweep")));
   }
-  static void TearDownTestSuite() {
-    delete outcome_;
-    delete folder_;
-    outcome_ = nullptr;
-    folder_ = nullptr;
-  }
+  static void TearDownTestSuite() { folder_.reset(); }
 
-  static const std::string& printed() { return outcome_->printed; }
+  static const std::string& printed() { return outcome_.printed; }
   static fs::path out(const char* name) { return folder_->path() / name; }
   static nlohmann::json summary(const std::string& job) {
     return read_json(out("sweep") / job / "summary.json");
   }
 
  private:
-  static TemporaryFolder* folder_;
-  static Outcome* outcome_;
+  static inline std::optional<TemporaryFolder> folder_;
+  static inline Outcome outcome_;
 };
-
-TemporaryFolder* Ablate::folder_ = nullptr;
-Outcome* Ablate::outcome_ = nullptr;
 
 TEST_F(Ablate, PrintsTheTablesOfEveryGroup) {
   for (const char* title :
@@ -74,9 +59,8 @@ TEST_F(Ablate, ASingleRunGivesTheSameFigures) {
     EXPECT_TRUE(fs::is_regular_file(out("sweep") / "static_1/perfect" / file)) << file;
   }
   const nlohmann::json together = summary("medium_1/paper");
-  const Outcome alone = run("run --level medium --scene-seed 1" + std::string(tiny) +
-                            " --rule paper --overlays 0 --out " + quoted(out("alone")));
-  ASSERT_EQ(alone.exit_code, 0) << alone.printed;
+  const Outcome alone = succeed("run --level medium --scene-seed 1" + std::string(tiny) +
+                                " --rule paper --overlays 0 --out " + quoted(out("alone")));
   const nlohmann::json figures = read_json(out("alone") / "summary.json");
   for (const char* name :
        {"scene", "masked", "compensated", "kept", "fewest_kept", "cautious_frames", "dynamic_left",
@@ -93,7 +77,7 @@ TEST_F(Ablate, ReportDrawsTheResults) {
   const Outcome outcome =
       run_in_shell(report + quoted(out("sweep")) + " " + quoted(out("page.html")));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("4 scenes in 2 groups")) << outcome.printed;
+  expect_mentions(outcome, "4 scenes in 2 groups");
   const std::string page = file_text(out("page.html"));
   for (const char* part : {"<h2>medium, medians over 2 scenes", "<h3>The camera's path</h3><img",
                            "<h3>Over time</h3><img", "<b>mask</b>: 1."}) {
@@ -103,14 +87,12 @@ TEST_F(Ablate, ReportDrawsTheResults) {
   fs::create_directories(out("empty"));
   const Outcome none = run_in_shell(report + quoted(out("empty")) + " " + quoted(out("no.html")));
   EXPECT_NE(none.exit_code, 0);
-  EXPECT_TRUE(none.mentions("holds no results")) << none.printed;
+  expect_mentions(none, "holds no results");
 }
 
 TEST_F(Ablate, RefusesInvalidPlans) {
   const auto refuses = [](const std::string& arguments, const char* what) {
-    const Outcome outcome = run("ablate " + arguments);
-    EXPECT_NE(outcome.exit_code, 0) << arguments;
-    EXPECT_TRUE(outcome.mentions(what)) << outcome.printed;
+    expect_refused("ablate " + arguments, what);
   };
   refuses("", "SEQUENCE");
   refuses("--levels easy", "medium");
@@ -128,27 +110,22 @@ TEST_F(Ablate, RefusesInvalidPlans) {
 
 TEST_F(Ablate, TakesOtherMasksAndAnotherCameraOfASequence) {
   const fs::path scene = out("with other masks");
-  ASSERT_EQ(run("synth " + quoted(scene) + " --frames 3 --width 160 --height 120").exit_code, 0);
+  succeed("synth " + quoted(scene) + " --frames 3 --width 160 --height 120");
   fs::rename(scene / "camera.yaml", out("other.yaml"));
-  const Outcome outcome =
-      run("ablate " + quoted(scene) + " --masks " + quoted(scene / "masks_true") + " --camera " +
+  succeed("ablate " + quoted(scene) + " --masks " + quoted(scene / "masks_true") + " --camera " +
           quoted(out("other.yaml")) + " --rules mask --out " + quoted(out("of others")));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
   EXPECT_EQ(read_json(out("of others") / "with other masks/mask/summary.json")["dynamic_left"], 0)
       << "the masks are the true ones";
 }
 
 TEST_F(Ablate, OmitsPerfectMasksWithoutTruth) {
   const fs::path recorded = out("recorded");
-  ASSERT_EQ(run("synth " + quoted(recorded) + " --frames 3 --width 160 --height 120").exit_code, 0);
+  succeed("synth " + quoted(recorded) + " --frames 3 --width 160 --height 120");
   fs::remove_all(recorded / "masks_true");
-  const Outcome outcome = run("ablate " + quoted(recorded) + " --rules mask,perfect --out " +
-                              quoted(out("of recording")));
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+  const Outcome outcome = succeed("ablate " + quoted(recorded) + " --rules mask,perfect --out " +
+                                  quoted(out("of recording")));
   EXPECT_FALSE(outcome.mentions("perfect ")) << outcome.printed;
-  const Outcome alone = run("run " + quoted(recorded) + " --rule perfect");
-  EXPECT_NE(alone.exit_code, 0);
-  EXPECT_TRUE(alone.mentions("masks_true")) << alone.printed;
+  expect_refused("run " + quoted(recorded) + " --rule perfect", "masks_true");
 }
 
 /// Returns a run over ten frames, of which `scene` were lost.
@@ -194,6 +171,29 @@ TEST(AblationTables, TellTheFramesTrackedBesideTheError) {
   const std::string text = tables_text(results);
   for (const char* cells : {"mask     0.2000 / 90  0.4000 / 35\n", "perfect  2.00 (2.00..2.00)"}) {
     EXPECT_NE(text.find(cells), std::string::npos) << cells << '\n' << text;
+  }
+}
+
+// --- Rules that compare frames -------------------------------------------------------------------
+
+const std::vector<std::string> frame_rules = {"motion", "depth_motion", "mask_moved"};
+
+TEST(FrameRules, ScenesOfASweepDoNotTouchEachOther) {
+  const TemporaryFolder folder;
+  const fs::path both = folder.path() / "both", alone = folder.path() / "alone";
+  const std::string cross =
+      "ablate --levels cross --frames 14 --width 160 --height 120 --features 200 --rules " +
+      frame_rules[0] + ',' + frame_rules[1] + ',' + frame_rules[2];
+  succeed(cross + " --seeds 1-2 --out " + quoted(both));
+  succeed(cross + " --seeds 2 --out " + quoted(alone));
+  for (const std::string& rule : frame_rules) {
+    const auto read = [&](const fs::path& out) {
+      return read_json(out / "cross_2" / rule / "summary.json");
+    };
+    const nlohmann::json together = read(both), one = read(alone);
+    for (const char* name : {"moving", "custom", "kept", "dynamic_left", "static_removed"}) {
+      EXPECT_EQ(together[name], one[name]) << rule << ' ' << name;
+    }
   }
 }
 

@@ -4,20 +4,11 @@
 // What dynfilter run, ablate and doctor say about input that is wrong: the variants that users
 // have.
 
-#include <algorithm>
-#include <fstream>
-#include <functional>
 #include <regex>
-#include <string>
-#include <vector>
-
-#include <gtest/gtest.h>
-#include <opencv2/imgproc.hpp>
 
 #include "support/changed_scene.hpp"
 #include "support/program.hpp"
-#include "support/temporary_folder.hpp"
-#include "support/test_data.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -27,9 +18,8 @@ const fs::path& base() {
   static const TemporaryFolder folder;
   static const fs::path scene = folder.path() / "base";
   if (!fs::exists(scene)) {
-    const Outcome synth = run("synth " + quoted(scene) +
-                              " --level medium --seed 5 --frames 16 --width 320 --height 240");
-    EXPECT_EQ(synth.exit_code, 0) << synth.printed;
+    succeed("synth " + quoted(scene) +
+            " --level medium --seed 5 --frames 16 --width 320 --height 240");
   }
   return scene;
 }
@@ -94,11 +84,9 @@ struct Variant {
   bool is_hopeless = false;  // nothing can come of it
 };
 
-const Variant variants[] = {
+const Variant scene_variants[] = {
     {"masks inverted", "masks_everywhere",
      [](const fs::path& s) { make_masks(s, [](const cv::Mat& m) { return 255 - m; }); }},
-    {"masks of 0 and 1, 1 is static", "masks_everywhere",
-     [](const fs::path& s) { make_masks(s, [](const cv::Mat& m) { return 1 - m / 255; }); }},
     {"masks white", "masks_everywhere",
      [](const fs::path& s) { make_masks(s, [](const cv::Mat& m) { return m * 0 + 255; }); }, true},
     {"masks of classes, none 0", "masks_everywhere",
@@ -155,9 +143,7 @@ const Variant variants[] = {
     {"millimetres at TUM's factor", "depth_unit",
      [](const fs::path& s) { set_depth(s, [](cv::Mat& d) { d *= 0.2; }); }},
     {"factor 1", "depth_unit", [](const fs::path& s) { set_factor(s, 1); }, true},
-    {"factor 4", "depth_unit", [](const fs::path& s) { set_factor(s, 4); }, true},
     {"factor 100", "depth_unit", [](const fs::path& s) { set_factor(s, 100); }, true},
-    {"factor 256", "depth_unit", [](const fs::path& s) { set_factor(s, 256); }},
     {"factor 1000", "depth_unit", [](const fs::path& s) { set_factor(s, 1000); }},
     {"factor 25000", "depth_unit", [](const fs::path& s) { set_factor(s, 25000); }},
     {"whole metres", "depth_steps",
@@ -165,8 +151,6 @@ const Variant variants[] = {
        set_depth(s, [](cv::Mat& d) { d /= 5000; });
        set_factor(s, 1);
      }},
-    {"whole metres at TUM's factor", "depth_steps",
-     [](const fs::path& s) { set_depth(s, [](cv::Mat& d) { d /= 5000; }); }},
     {"disparity in place of depth", "depth_inverted",
      [](const fs::path& s) {
        set_depth(s, [](cv::Mat& d) {
@@ -179,8 +163,6 @@ const Variant variants[] = {
      }},
     {"10000 is no depth", "depth_one_value",
      [](const fs::path& s) { set_depth(s, [](cv::Mat& d) { d.setTo(10000, d == 0); }); }},
-    {"60000 is no depth", "depth_one_value",
-     [](const fs::path& s) { set_depth(s, [](cv::Mat& d) { d.setTo(60000, d == 0); }); }},
     {"depth of the frame before", "depth_late",
      [](const fs::path& s) {
        cv::Mat last;
@@ -242,7 +224,7 @@ const Variant variants[] = {
 
 TEST(ProgramChecks, SayOfEachVariantWhatIsWrong) {
   const TemporaryFolder folder;
-  for (const Variant& variant : variants) {
+  for (const Variant& variant : scene_variants) {
     const fs::path scene = folder.path() / "variant";
     fs::remove_all(scene);
     fs::copy(base(), scene, fs::copy_options::recursive);
@@ -260,16 +242,13 @@ TEST(ProgramChecks, SpeakInRunAndAblateToo) {
   const TemporaryFolder folder;
   const fs::path scene = folder.path() / "inverted", out = folder.path() / "out";
   fs::copy(base(), scene, fs::copy_options::recursive);
-  variants[0].make(scene);
+  scene_variants[0].make(scene);
   const std::string options = " --features 300 --out " + quoted(out);
-  const Outcome ran = run("run " + quoted(scene) + options);
-  EXPECT_EQ(ran.exit_code, 0) << ran.printed;
-  EXPECT_TRUE(ran.mentions("\nchecks of the input\n* masks_everywhere: ")) << ran.printed;
+  const Outcome ran = succeed("run " + quoted(scene) + options);
+  expect_mentions(ran, "\nchecks of the input\n* masks_everywhere: ");
   fs::remove_all(out);
-  const Outcome ablated = run("ablate " + quoted(scene) + " --rules none,mask" + options);
-  EXPECT_EQ(ablated.exit_code, 0) << ablated.printed;
-  EXPECT_TRUE(ablated.mentions("checks of the input of inverted\n* masks_everywhere: "))
-      << ablated.printed;
+  const Outcome ablated = succeed("ablate " + quoted(scene) + " --rules none,mask" + options);
+  expect_mentions(ablated, "checks of the input of inverted\n* masks_everywhere: ");
   const auto summary = read_json(out / "inverted" / "mask" / "summary.json");
   EXPECT_TRUE(summary.at("checks").contains("masks_everywhere"));
 }
@@ -277,14 +256,13 @@ TEST(ProgramChecks, SpeakInRunAndAblateToo) {
 TEST(ProgramChecks, StopARunAfterThirtyFramesIfNothingCanComeOfIt) {
   const TemporaryFolder folder;
   const fs::path scene = folder.path() / "scene", out = folder.path() / "out";
-  ASSERT_EQ(run("synth " + quoted(scene) + " --frames 31 --width 160 --height 120").exit_code, 0);
+  succeed("synth " + quoted(scene) + " --frames 31 --width 160 --height 120");
   set_factor(scene, 1);
   for (const std::string command : {"run ", "ablate --rules none,mask "}) {
     const Outcome outcome = run(command + quoted(scene) + " --features 200 --out " + quoted(out));
     EXPECT_EQ(outcome.exit_code, 1) << outcome.printed;
-    EXPECT_TRUE(outcome.mentions("depth_unit: ")) << outcome.printed;
-    EXPECT_TRUE(outcome.mentions("(stopped after 30 frames; nothing was written)"))
-        << outcome.printed;
+    expect_mentions(outcome, "depth_unit: ");
+    expect_mentions(outcome, "(stopped after 30 frames; nothing was written)");
     EXPECT_FALSE(fs::exists(out / "summary.json"));
   }
 }
@@ -292,8 +270,8 @@ TEST(ProgramChecks, StopARunAfterThirtyFramesIfNothingCanComeOfIt) {
 /// Returns what a run says of its input.
 std::string said(const std::string& arguments) {
   const TemporaryFolder folder;
-  const Outcome outcome = run("run " + arguments + " --overlays 0 --out " + quoted(folder / "out"));
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+  const Outcome outcome =
+      succeed("run " + arguments + " --overlays 0 --out " + quoted(folder / "out"));
   const std::size_t at = outcome.printed.find("\nchecks of the input");
   if (at == std::string::npos) return outcome.printed;
   const std::string rest = outcome.printed.substr(at);

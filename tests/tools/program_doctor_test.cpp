@@ -3,17 +3,10 @@
 
 // `dynfilter doctor`.
 
-#include <gtest/gtest.h>
-
-#include <cstddef>
-#include <filesystem>
-#include <fstream>
-#include <string>
-
 #include "dynfilter/version.hpp"
 #include "support/changed_scene.hpp"
-#include "support/file_tree.hpp"
 #include "support/small_scene_test.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -27,10 +20,9 @@ class Doctor : public CopiedSceneTest<Doctor> {
 };
 
 TEST(DoctorAlone, NamesVersionsAndWhatIsBuiltIn) {
-  const Outcome outcome = run("doctor");
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+  const Outcome outcome = succeed("doctor");
   for (const char* part : {DYNFILTER_VERSION_STRING, "OpenCV ", "dense D-LBP uses: ", "networks: "})
-    EXPECT_TRUE(outcome.mentions(part)) << outcome.printed;
+    expect_mentions(outcome, part);
 }
 
 TEST_F(Doctor, FindsNothingBrokenInARenderedSceneAndChangesNothing) {
@@ -39,7 +31,7 @@ TEST_F(Doctor, FindsNothingBrokenInARenderedSceneAndChangesNothing) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
   EXPECT_FALSE(outcome.mentions("broken")) << outcome.printed;
   EXPECT_FALSE(outcome.mentions("odd ")) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("fine    12 of 12 frames were checked\n")) << outcome.printed;
+  expect_mentions(outcome, "fine    12 of 12 frames were checked\n");
   EXPECT_EQ(file_tree(scene()), before);
 }
 
@@ -50,7 +42,7 @@ TEST_F(Doctor, NamesABrokenImageOnceAndBlamesNothingElse) {
     std::ofstream(first) << "no image";
     const Outcome outcome = examined();
     EXPECT_NE(outcome.exit_code, 0);
-    EXPECT_TRUE(outcome.mentions("broken  " + first.string())) << outcome.printed;
+    expect_mentions(outcome, "broken  " + first.string());
     EXPECT_EQ(outcome.printed.find("broken"), outcome.printed.rfind("broken")) << outcome.printed;
     fs::rename(aside, first);
   }
@@ -60,8 +52,8 @@ TEST_F(Doctor, NamesTheCameraFileIfNoFrameFits) {
   set_camera(scene(), "Camera.width", "Camera.width: 640");
   const Outcome outcome = examined();
   EXPECT_NE(outcome.exit_code, 0);
-  EXPECT_TRUE(outcome.mentions("so it is with every frame")) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("is the camera file another camera's?")) << outcome.printed;
+  expect_mentions(outcome, "so it is with every frame");
+  expect_mentions(outcome, "is the camera file another camera's?");
 }
 
 TEST_F(Doctor, CountsFramesWithoutMasksForWhichRunStops) {
@@ -70,21 +62,19 @@ TEST_F(Doctor, CountsFramesWithoutMasksForWhichRunStops) {
   fs::remove(scene() / "masks" / "instances.csv");
   const Outcome outcome = examined();
   EXPECT_NE(outcome.exit_code, 0);
-  EXPECT_TRUE(outcome.mentions("3 of 12 frames have no mask")) << outcome.printed;
+  expect_mentions(outcome, "3 of 12 frames have no mask");
 }
 
 TEST_F(Doctor, SaysWhatIsMissing) {
   fs::remove_all(scene() / "masks");
   const Outcome without = examined();
   EXPECT_EQ(without.exit_code, 0) << without.printed;
-  EXPECT_TRUE(without.mentions("no masks/")) << without.printed;
+  expect_mentions(without, "no masks/");
   fs::remove(scene() / "camera.yaml");
   const Outcome broken = examined();
   EXPECT_NE(broken.exit_code, 0);
-  EXPECT_TRUE(broken.mentions("camera.yaml")) << broken.printed;
-  const Outcome nowhere = run("doctor " + quoted(scene() / "nowhere"));
-  EXPECT_NE(nowhere.exit_code, 0);
-  EXPECT_TRUE(nowhere.mentions("nowhere")) << nowhere.printed;
+  expect_mentions(broken, "camera.yaml");
+  expect_refused("doctor " + quoted(scene() / "nowhere"), "nowhere");
 }
 
 TEST_F(Doctor, ReadsThePluginsSettings) {
@@ -96,7 +86,7 @@ TEST_F(Doctor, ReadsThePluginsSettings) {
   };
   const Outcome good = examined(masks);
   EXPECT_EQ(good.exit_code, 0) << good.printed;
-  EXPECT_TRUE(good.mentions("fine    12 masks in ")) << good.printed;
+  expect_mentions(good, "fine    12 masks in ");
   EXPECT_FALSE(good.mentions("odd ")) << good.printed;
   EXPECT_TRUE(examined("dynfilter.enabled: 0\n").mentions("odd     the filter is switched off"));
   const char* const broken[][2] = {{"dynfilter.margin: 2", "the nearest is dynfilter.margin_px"},
@@ -106,7 +96,7 @@ TEST_F(Doctor, ReadsThePluginsSettings) {
     const Outcome outcome = examined(masks + line + "\n");
     EXPECT_EQ(outcome.exit_code, 1) << outcome.printed;
     EXPECT_TRUE(outcome.mentions("broken  ") && outcome.mentions(part)) << outcome.printed;
-    EXPECT_TRUE(outcome.mentions("TUM3.yaml cannot be used as it is")) << outcome.printed;
+    expect_mentions(outcome, "TUM3.yaml cannot be used as it is");
   }
   const Outcome nowhere = examined("dynfilter.mask_folder: \"no_such_folder\"\n");
   EXPECT_TRUE(nowhere.mentions("broken  ") && nowhere.mentions("no_such_folder"))
@@ -115,11 +105,11 @@ TEST_F(Doctor, ReadsThePluginsSettings) {
   const std::string right = "dynfilter_right.mask_folder: \"" + (scene() / "masks").string() + '"';
   const Outcome both = examined(masks + right + '\n');
   EXPECT_EQ(both.exit_code, 0) << both.printed;
-  EXPECT_TRUE(both.mentions("every key of dynfilter_right is known")) << both.printed;
+  expect_mentions(both, "every key of dynfilter_right is known");
   EXPECT_FALSE(good.mentions("dynfilter_right")) << good.printed;
   const Outcome bad = examined(masks + right + "\ndynfilter_right.margin: 2\n");
   EXPECT_EQ(bad.exit_code, 1) << bad.printed;
-  EXPECT_TRUE(bad.mentions("the nearest is dynfilter_right.margin_px")) << bad.printed;
+  expect_mentions(bad, "the nearest is dynfilter_right.margin_px");
 }
 
 }  // namespace

@@ -3,22 +3,13 @@
 
 // dynfilter masks --format colmap|static|dynamic: mask images for other systems.
 
-#include <gtest/gtest.h>
-
-#include <cstdint>
-#include <fstream>
-#include <set>
-#include <string>
-#include <vector>
-
-#include <opencv2/imgcodecs.hpp>
-
 #include "dynfilter/depth_compensator.hpp"
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
+#include "dynfilter/host_masks.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
-#include "support/file_tree.hpp"
 #include "support/program.hpp"
 #include "support/small_scene_test.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -42,7 +33,7 @@ class ProgramMaskImages : public SmallSceneTest {
     const FileTree before = file_tree(out("."));
     const Outcome outcome = masks(options, to, of);
     EXPECT_NE(outcome.exit_code, 0);
-    EXPECT_TRUE(outcome.mentions(part)) << outcome.printed;
+    expect_mentions(outcome, part);
     EXPECT_EQ(file_tree(out(".")), before);
   }
 
@@ -58,29 +49,10 @@ cv::Mat read_gray(const fs::path& file) {
   return image;
 }
 
-/// Pixels on persons, within the margin, by definition: slow.
-cv::Mat dynamic_pixels(const Segmentation& masks, int margin_px) {
-  cv::Mat dynamic(masks.image_size, CV_8UC1, cv::Scalar(0));
-  const cv::Rect image({}, masks.image_size);
-  const auto is_masked = [&](cv::Point pixel) {
-    for (const Instance& instance : masks.instances) {
-      if (instance.class_id == 0 && instance.covers(pixel)) return true;
-    }
-    return false;
-  };
-  for (int y = 0; y < dynamic.rows; ++y) {
-    for (int x = 0; x < dynamic.cols; ++x) {
-      if (!is_masked({x, y})) continue;
-      for (int v = -margin_px; v <= margin_px; ++v) {
-        for (int u = -margin_px; u <= margin_px; ++u) {
-          const cv::Point near(x + u, y + v);
-          const bool is_within = u * u + v * v <= margin_px * margin_px;
-          if (is_within && image.contains(near)) dynamic.at<std::uint8_t>(near) = 255;
-        }
-      }
-    }
-  }
-  return dynamic;
+cv::Mat dynamic_pixels(const Segmentation& masks, int margin_px = 0) {
+  MaskCullerOptions options;
+  options.margin_px = margin_px;
+  return mask_of_dynamic_pixels(masks, MaskCuller(options));
 }
 
 bool equal(const cv::Mat& a, const cv::Mat& b) {
@@ -103,7 +75,7 @@ TEST_F(ProgramMaskImages, HaveTheNamesSizeAndPolarityOfTheirFormat) {
     names.insert(name);
     colmap_names.insert(name + ".png");
     const Segmentation masks = source.segment(sequence.read(i));
-    const cv::Mat dynamic = dynamic_pixels(masks, 0);
+    const cv::Mat dynamic = dynamic_pixels(masks);
     dynamic_pixels_count += cv::countNonZero(dynamic);
     EXPECT_TRUE(equal(read_gray(out("dynamic") / name), dynamic)) << name;
     EXPECT_TRUE(equal(read_gray(out("static") / name), 255 - dynamic)) << name;
@@ -133,28 +105,17 @@ TEST_F(ProgramMaskImages, RefinedMasksFollowTheRuleDepth) {
     for (std::size_t k = 0; k < masks.instances.size(); ++k) {
       refined.instances[k] = DepthCompensator().refined(frame, masks, k);
     }
-    const cv::Mat want = dynamic_pixels(refined, 0);
+    const cv::Mat want = dynamic_pixels(refined);
     EXPECT_TRUE(equal(read_gray(out("refined") / (sequence.entry(i).stem + ".png")), want));
-    differs = differs || !equal(want, dynamic_pixels(masks, 0));
+    differs = differs || !equal(want, dynamic_pixels(masks));
   }
   EXPECT_TRUE(differs) << "the test needs masks that depth corrects";
 }
 
-TEST_F(ProgramMaskImages, OfOtherClassesAreStatic) {
-  for (const std::string refine : {"", " --refine"}) {
-    const fs::path to = out(("class 7" + refine).c_str());
-    expect_masks("static --classes 7" + refine, to);
-    for (const auto& [name, text] : visible_tree(to)) {
-      EXPECT_EQ(cv::countNonZero(read_gray(to / name) != 255), 0) << name;
-    }
-  }
-}
-
 TEST_F(ProgramMaskImages, CanBeTakenAsMasksAgain) {
   expect_masks("dynamic --masks " + quoted(scene() / "masks_true"), out("true"));
-  const Outcome outcome = run("run " + quoted(scene()) + " --rule mask --overlays 0 --masks " +
-                              quoted(out("true")) + " --out " + quoted(out("with true")));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  succeed("run " + quoted(scene()) + " --rule mask --overlays 0 --masks " + quoted(out("true")) +
+          " --out " + quoted(out("with true")));
   EXPECT_EQ(read_json(out("with true") / "summary.json")["dynamic_left"], 0);
 }
 
@@ -174,8 +135,7 @@ TEST_F(ProgramMaskImages, KeepTheImagesFolders) {
   std::ofstream(folder / "associations.txt") << rows;
   const Outcome outcome = masks("colmap", out("nested masks"), folder);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("--image_path " + (folder / "rgb").string() + " "))
-      << outcome.printed;
+  expect_mentions(outcome, "--image_path " + (folder / "rgb").string() + " ");
   for (std::size_t i = 0; i < 4; ++i) {
     const fs::path name = fs::path(below[i]) / (sequence.entry(i).stem + ".png.png");
     EXPECT_TRUE(fs::exists(out("nested masks") / name)) << name;
@@ -197,32 +157,6 @@ TEST_F(ProgramMaskImages, OfOneNameAreRefused) {
       << second.depth_path.filename().string() << '\n';
   expect_refused("static", out("names masks"), "the mask of another image would have the same name",
                  folder);
-}
-
-TEST_F(ProgramMaskImages, ReplaceThoseOfAnEarlierCallOnRequestOnly) {
-  expect_masks("colmap", out("twice"));
-  expect_refused("colmap", out("twice"), "overwrite");
-  expect_refused("static", out("twice"), "overwrite");
-  expect_masks("static --overwrite", out("twice"));
-  expect_masks("static", out("once"));
-  EXPECT_EQ(visible_tree(out("twice")), visible_tree(out("once")));
-}
-
-TEST_F(ProgramMaskImages, LeaveForeignFilesAlone) {
-  const std::string name = RgbdSequence(scene()).entry(2).stem;
-  for (const std::string& file : {name + ".png", std::string("instances.csv")}) {
-    const fs::path folder = out("foreign");
-    fs::create_directories(folder);
-    std::ofstream(folder / file) << "somebody's";
-    expect_refused("static --overwrite", folder, file);
-    fs::remove_all(folder);
-  }
-  fs::create_directories(out("foreign"));
-  std::ofstream(out("foreign") / (name + ".png.png")) << "somebody's";
-  expect_refused("colmap --overwrite", out("foreign"), name + ".png.png");
-  expect_refused("colmap", scene() / "rgb", "is read");
-  expect_refused("colmap", scene() / "masks", "is read");
-  expect_refused("colmap", scene() / "rgb" / "masks", "is read");
 }
 
 TEST_F(ProgramMaskImages, NameWhatIsMissing) {

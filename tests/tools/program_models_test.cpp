@@ -3,14 +3,9 @@
 
 // The program with a network of its user.
 
-#include <string>
-
-#include <gtest/gtest.h>
-#include <opencv2/imgcodecs.hpp>
-
 #include "networks/models.hpp"
 #include "support/program.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -61,9 +56,8 @@ TEST_F(ProgramModels, WritesTheMasksOfAPlainFolder) {
     for (const char* network : {"yolo_raw", "selfie", "deeplab"}) {
       SCOPED_TRACE(format + ' ' + network);
       fs::remove_all(to);
-      const Outcome outcome = run("masks " + quoted(folder_ / "photos") + choice + " --model " +
-                                  quoted(model(network)) + " --out " + quoted(to));
-      ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+      succeed("masks " + quoted(folder_ / "photos") + choice + " --model " +
+              quoted(model(network)) + " --out " + quoted(to));
       for (int i = 0; i < 2; ++i) {
         const std::string name = "IMG_" + std::to_string(i) + ".png";
         const fs::path file = to / (format == "colmap" ? name + ".png" : name);
@@ -81,7 +75,7 @@ TEST_F(ProgramModels, NamesADeviceThatIsMissing) {
   const Outcome outcome = run("masks " + quoted(folder_ / "sequence") + " --device cuda --model " +
                               quoted(model("yolo_raw")) + " --out " + quoted(folder_ / "out"));
   if (outcome.exit_code == 0) GTEST_SKIP() << "this OpenCV has CUDA";
-  EXPECT_TRUE(outcome.mentions("yolo_raw.onnx: cannot run on cuda: OpenCV")) << outcome.printed;
+  expect_mentions(outcome, "yolo_raw.onnx: cannot run on cuda: OpenCV");
 }
 
 }  // namespace

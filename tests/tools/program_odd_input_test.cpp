@@ -3,16 +3,10 @@
 
 // Sequences and options that a sub-command must not take in silence.
 
-#include <fstream>
-#include <string>
-#include <utility>
-
-#include <gtest/gtest.h>
-#include <opencv2/imgproc.hpp>
-
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "support/changed_scene.hpp"
 #include "support/program.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -20,19 +14,9 @@ namespace {
 class OddInput : public ::testing::Test {
  protected:
   fs::path scene(int frames) {
-    const Outcome synth = run("synth " + quoted(folder_ / "scene") + " --width 64 --height 48" +
-                              " --frames " + std::to_string(frames));
-    EXPECT_EQ(synth.exit_code, 0) << synth.printed;
+    succeed("synth " + quoted(folder_ / "scene") + " --width 64 --height 48" + " --frames " +
+            std::to_string(frames));
     return folder_ / "scene";
-  }
-
-  /// Scene without masks, whose camera file tells no size.
-  fs::path scene_of_any_size(int frames) {
-    const fs::path sequence = scene(frames);
-    for (const char* key : {"Camera.width", "Camera.height"}) set_camera(sequence, key, "");
-    fs::remove_all(sequence / "masks");
-    fs::remove_all(sequence / "masks_true");
-    return sequence;
   }
 
   /// Resizes the colour and the depth image of this name.
@@ -46,12 +30,6 @@ class OddInput : public ::testing::Test {
     }
   }
 
-  void expect_refused(const std::string& arguments, const std::string& part) const {
-    const Outcome outcome = run(arguments);
-    EXPECT_NE(outcome.exit_code, 0) << arguments << '\n' << outcome.printed;
-    EXPECT_TRUE(outcome.mentions(part)) << arguments << '\n' << outcome.printed;
-  }
-
   TemporaryFolder folder_;
 };
 
@@ -63,17 +41,68 @@ TEST_F(OddInput, OptionsWithoutEffectAndEmptyValuesAreRefused) {
   expect_refused("ablate --levels medium --degrade poor" + out, "--degrade requires SEQUENCES");
   expect_refused("ablate --levels medium --depth-offset 0.03" + out,
                  "--depth-offset requires SEQUENCES");
+  expect_refused("run --level medium --depth-offset 0.03" + out, "excludes");
   expect_refused("doctor --camera camera.yaml", "--camera requires SEQUENCE");
   expect_refused("run" + of + " --masks ''", "--masks: got an empty");
   expect_refused("doctor ''", "SEQUENCE: got an empty");
   EXPECT_FALSE(fs::exists(folder_ / "out"));
 }
 
+TEST_F(OddInput, StaleMasksOfALevelHaveTheirTime) {
+  const fs::path stale = folder_ / "stale";
+  succeed("synth " + quoted(stale) + " --level stale_3 --frames 5 --width 160 --height 120");
+  FrameView frame;
+  frame.timestamp_s = 1.133333;  // the last one
+  EXPECT_DOUBLE_EQ(MaskFolderSegmenter(stale / "masks").segment(frame).timestamp_s, 1.033333);
+  expect_mentions(run("synth " + quoted(folder_ / "x") + " --level easy"), "medium");
+}
+
 TEST_F(OddInput, ImagesOfDifferentSizesAreRefusedByName) {
-  const fs::path sequence = scene_of_any_size(3);
+  const fs::path sequence = scene(3);
+  for (const char* key : {"Camera.width", "Camera.height"}) set_camera(sequence, key, "");
+  for (const char* masks : {"masks", "masks_true"}) fs::remove_all(sequence / masks);
   resize(sequence, "1.066667.png", {80, 60});
   expect_refused("run " + quoted(sequence) + " --rule none --out " + quoted(folder_ / "out"),
                  "1.066667.png: 80x60 pixels, but earlier images have 64x48");
+}
+
+struct NumberOption {
+  const char* command;
+  const char* option;
+  std::vector<const char*> refused;
+};
+
+// 4294967297 is 2^32 + 1: as an int, 1.
+const NumberOption number_options[] = {
+    {"synth OUT", "--frames", {"0", "-1", "4294967297", "1.5", "x"}},
+    {"synth OUT", "--width", {"15", "8193", ""}},
+    {"synth OUT", "--seed", {"-1", "x"}},
+    {"run --level medium", "--features", {"0", "100001"}},
+    {"run --level medium", "--every", {"0", "1000001"}},
+    {"run --level medium", "--classes", {"-1", "0,4294967296", "a"}},
+    {"run --level medium", "--margin", {"-1", "inf", "1e7"}},
+    {"ablate --levels medium", "--frames", {"0", "4294967297"}},
+    {"run x", "--depth-offset", {"11"}},
+    {"sync x", "--depth-offset", {"11"}},
+    {"ablate x", "--depth-offset", {"11"}},
+    {"eval a.txt b.txt", "--max-difference", {"-1", "inf", "11"}},
+};
+
+TEST_F(OddInput, NumbersOutOfRangeAreRefusedByName) {
+  const fs::path out = folder_ / "out";
+  for (const NumberOption& option : number_options) {
+    for (const char* value : option.refused) {
+      std::string command = option.command;
+      const std::size_t place = command.find("OUT");
+      if (place != std::string::npos) command.replace(place, 3, quoted(out));
+      if (command.compare(0, 4, "run ") == 0) command += " --out " + quoted(out);
+      const Outcome outcome = run_at_most(60, command + " " + option.option + " '" + value + "'");
+      SCOPED_TRACE(command + " " + option.option + " " + value + "\n" + outcome.printed);
+      EXPECT_NE(outcome.exit_code, 0);
+      EXPECT_TRUE(outcome.mentions(option.option));
+      EXPECT_FALSE(fs::exists(out)) << "no output may be written";
+    }
+  }
 }
 
 }  // namespace

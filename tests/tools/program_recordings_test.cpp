@@ -5,15 +5,10 @@
 
 #include <sys/stat.h>
 
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-#include <string>
-#include <vector>
-
-#include <gtest/gtest.h>
-
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "support/remote_peer.hpp"
 #include "support/small_scene_test.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -60,41 +55,26 @@ TEST_F(ProgramRecordings, EvalCountsSkippedRows) {
                         rows[3].substr(0, rows[3].find(' ')) + " 9 9 9 0 0 0 1\n" + rows[3] + "\n");
   const std::string good = quoted(truth());
   const Outcome clean = run("eval " + good + " " + good + " --frames 1");
-  const Outcome noted = run("eval " + good + " " + quoted(flawed) + " --frames 1");
-  ASSERT_EQ(noted.exit_code, 0) << noted.printed;
+  const Outcome noted = succeed("eval " + good + " " + quoted(flawed) + " --frames 1");
   const std::string note =
       flawed.string() +
       ": rows with NaN, skipped: 2 (first in line 5); rows with a zero quaternion, skipped: 1 "
       "(first in line 7); rows that repeat a time, which replace the earlier ones: 1 (first in "
       "line 9); rows that go back in time, sorted: 1 (first in line 4)\n";
-  EXPECT_TRUE(noted.mentions(note)) << noted.printed;
+  expect_mentions(noted, note);
   EXPECT_TRUE(noted.mentions(clean.printed)) << noted.printed << clean.printed;
   EXPECT_FALSE(clean.mentions("skipped")) << clean.printed;
 }
 
-TEST_F(ProgramRecordings, EvalNamesAFileWithoutUsableRows) {
-  const fs::path useless = folder_.write("useless.txt", "1 0 0 nan 0 0 0 1\n");
-  const Outcome outcome = run("eval " + quoted(useless) + " " + quoted(truth()));
-  EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_TRUE(outcome.mentions(useless.string() + ": holds no usable pose")) << outcome.printed;
-}
-
-TEST_F(ProgramRecordings, EvalPrintsTheAbsoluteErrorOfAShortTrajectory) {
-  const Outcome outcome = run("eval " + quoted(truth()) + " " + quoted(truth()));
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("ate_rmse_m ")) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("no rpe: relative_pose_error: 0 intervals")) << outcome.printed;
-  EXPECT_FALSE(outcome.mentions("rpe_translation_rmse_m")) << outcome.printed;
-}
-
 TEST_F(ProgramRecordings, EvalExplainsMissingFigures) {
+  const Outcome brief = succeed("eval " + quoted(truth()) + " " + quoted(truth()));
+  expect_mentions(brief, "ate_rmse_m ");
+  expect_mentions(brief, "no rpe: relative_pose_error: 0 intervals");
+  EXPECT_FALSE(brief.mentions("rpe_translation_rmse_m")) << brief.printed;
   const fs::path other = folder_.write("other.txt", "900 0 0 0 0 0 0 1\n901 0 0 0 0 0 0 1\n");
   for (const char* scale : {"", " --scale"}) {
-    const Outcome outcome = run("eval " + quoted(other) + " " + quoted(truth()) + scale);
-    EXPECT_EQ(outcome.exit_code, 1);
-    EXPECT_TRUE(outcome.mentions("no ate: absolute_trajectory_error: 0 of 2 estimated poses"))
-        << outcome.printed;
-    EXPECT_TRUE(outcome.mentions("no rpe: ")) << outcome.printed;
+    expect_refused("eval " + quoted(other) + " " + quoted(truth()) + scale,
+                   "no ate: absolute_trajectory_error: 0 of 2 estimated poses");
   }
 }
 
@@ -103,8 +83,8 @@ TEST_F(ProgramRecordings, EvalFindsNoScaleForACameraThatStands) {
   const fs::path moving = folder_.write("moving.txt", "1 1 0 0 0 0 0 1\n2 3 0 0 0 0 0 1\n");
   const Outcome outcome = run("eval " + quoted(moving) + " " + quoted(still) + " --scale");
   EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_TRUE(outcome.mentions("no ate: absolute_trajectory_error: no scale")) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("no rpe: --scale needs the scale")) << outcome.printed;
+  expect_mentions(outcome, "no ate: absolute_trajectory_error: no scale");
+  expect_mentions(outcome, "no rpe: --scale needs the scale");
 }
 
 TEST_F(ProgramRecordings, EvalReadsAPipe) {
@@ -112,7 +92,7 @@ TEST_F(ProgramRecordings, EvalReadsAPipe) {
       run_in_shell("cat " + quoted(truth()) +
                    " | timeout 60 '" DYNFILTER_PROGRAM "' eval /dev/stdin " + quoted(truth()));
   EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("pairs                                4")) << outcome.printed;
+  expect_mentions(outcome, "pairs                                4");
 }
 
 TEST_F(ProgramRecordings, RefusesBadGroundTruthBeforeTheFirstFrame) {
@@ -148,41 +128,91 @@ TEST_F(ProgramRecordings, RunReportsFlawedGroundTruthAndUsesIt) {
   std::string text = "1.01 nan 0 0 0 0 0 1\n";
   for (const std::string& row : rows) text += row + "\n" + row + "\n";
   folder_.write("scene/groundtruth.txt", text);
-  const Outcome outcome = run(run_scene());
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions(truth().string() +
+  const Outcome outcome = succeed(run_scene());
+  expect_mentions(outcome, truth().string() +
                                ": rows with NaN, skipped: 1 (first in line 1); rows that repeat a "
-                               "time, which replace the earlier ones: 4 (first in line 3)\n"))
-      << outcome.printed;
+                               "time, which replace the earlier ones: 4 (first in line 3)\n");
   EXPECT_EQ(read_json(out() / "summary.json")["pairs"], 4);
   EXPECT_EQ(rows_of(out() / "groundtruth.txt").size(), 4U);
   const Outcome swept =
       run("ablate " + quoted(scene()) + " --rules mask,none --out " + quoted(folder_ / "sweep"));
-  EXPECT_TRUE(swept.mentions("rows with NaN, skipped: 1 (first in line 1)")) << swept.printed;
+  expect_mentions(swept, "rows with NaN, skipped: 1 (first in line 1)");
 }
 
 TEST_F(ProgramRecordings, RunExplainsMissingErrors) {
-  const Outcome brief = run(run_scene());
-  ASSERT_EQ(brief.exit_code, 0) << brief.printed;
-  EXPECT_TRUE(brief.mentions("no RPE over 1 s: relative_pose_error: 0 intervals")) << brief.printed;
+  const Outcome brief = succeed(run_scene());
+  expect_mentions(brief, "no RPE over 1 s: relative_pose_error: 0 intervals");
   nlohmann::json summary = read_json(out() / "summary.json");
   EXPECT_TRUE(summary.contains("ate_rmse_m"));
   EXPECT_TRUE(summary["missing"].contains("rpe"));
   EXPECT_FALSE(summary["missing"].contains("ate"));
 
   folder_.write("scene/groundtruth.txt", "900 0 0 0 0 0 0 1\n901 0 0 0 0 0 0 1\n");
-  const Outcome other = run(run_scene());
-  ASSERT_EQ(other.exit_code, 0) << other.printed;
-  EXPECT_TRUE(other.mentions("no ATE: absolute_trajectory_error: 0 of 4")) << other.printed;
+  const Outcome other = succeed(run_scene());
+  expect_mentions(other, "no ATE: absolute_trajectory_error: 0 of 4");
 
   folder_.write("scene/groundtruth.txt", "1 0 0 0 0 0 0 1\n1.033333 1e300 0 0 0 0 0 1\n");
-  const Outcome huge = run(run_scene());
-  ASSERT_EQ(huge.exit_code, 0) << "nonsensical ground truth must not prevent results: "
-                               << huge.printed;
-  EXPECT_TRUE(huge.mentions("no ATE: ")) << huge.printed;
+  const Outcome huge = succeed(run_scene());
+  expect_mentions(huge, "no ATE: ");
 
   fs::remove(truth());
-  EXPECT_TRUE(run(run_scene()).mentions("no errors: the true trajectory is unknown"));
+  expect_mentions(run(run_scene()), "no errors: the true trajectory is unknown");
+}
+
+// --- Masks of a process that dies or is silent ---------------------------------------------------
+
+class ProgramRemote : public CopiedSceneTest<ProgramRemote> {
+ public:
+  static constexpr const char* synth_options = "--frames 6 --width 160 --height 120";
+
+ protected:
+  fs::path out(const std::string& name) const { return folder_ / name; }
+
+  std::string with_peer() const { return " --remote " + quoted(out("socket")); }
+  std::string run_into(const std::string& name) const {
+    return "run " + quoted(scene()) + " --overlays 0 --out " + quoted(out(name));
+  }
+
+  bool answer(const PeerSocket& socket, const ReceivedFrame& frame) {
+    FrameView view;
+    view.id = frame.id;
+    view.timestamp_s = frame.timestamp_s;
+    view.image = frame.image;
+    return socket.send(reply(frame.request, MaskFolderSegmenter(scene() / "masks").segment(view)));
+  }
+};
+
+TEST_F(ProgramRemote, SurviveADeathWithinAFrame) {
+  std::atomic<int> asked{0};
+  const RemotePeer peer(out("socket"), [&](const PeerSocket& socket, const ReceivedFrame& frame) {
+    return ++asked % 4 != 0 && answer(socket, frame);
+  });
+  const std::string patient = with_peer() + " --remote-timeout 30";
+  const Outcome made =
+      succeed("masks " + quoted(scene()) + patient + " --out " + quoted(out("made")));
+  EXPECT_EQ(file_text(out("made") / "instances.csv"),
+            file_text(scene() / "masks" / "instances.csv"));
+  succeed(run_into("own"));
+  succeed(run_into("remote") + patient);
+  EXPECT_EQ(file_text(out("remote") / "frames.csv"), file_text(out("own") / "frames.csv"));
+}
+
+TEST_F(ProgramRemote, SayThatNothingWasWritten) {
+  const RemotePeer peer(out("socket"), [&](const PeerSocket& socket, const ReceivedFrame& frame) {
+    return frame.id != 3 && answer(socket, frame);
+  });
+  const Outcome made =
+      run("masks " + quoted(scene()) + with_peer() + " --out " + quoted(out("made")));
+  EXPECT_EQ(made.exit_code, 1);
+  expect_mentions(made, "(nothing was written; 3 of 6 frames had masks)");
+  EXPECT_FALSE(fs::exists(out("made")));
+  expect_refused(run_into("result") + with_peer(),
+                 "(nothing was written; 3 of 6 frames had masks)");
+  EXPECT_FALSE(fs::exists(out("result")));
+}
+
+TEST_F(ProgramRemote, RefuseMasksThatTheyWouldNotUse) {
+  expect_refused(run_into("result") + with_peer() + " --masks elsewhere", "excludes --remote");
 }
 
 }  // namespace

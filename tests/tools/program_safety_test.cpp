@@ -4,24 +4,14 @@
 // No sub-command damages its input or files of others, wherever its output goes. If it would have
 // to, it refuses before it does anything. If it is stopped, earlier results stay.
 
-#include <gtest/gtest.h>
-
 #include <sys/wait.h>
 
-#include <chrono>
 #include <csignal>
-#include <cstdlib>
-#include <filesystem>
-#include <optional>
-#include <string>
-#include <thread>
 
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
-#include "support/file_tree.hpp"
 #include "support/program.hpp"
 #include "support/remote_peer.hpp"
-#include "support/started_program.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -35,16 +25,11 @@ constexpr Verdict refused = Verdict::refused, allowed = Verdict::allowed;
 class ProgramSafety : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    made_ = new TemporaryFolder();
-    const Outcome synth =
-        run("synth " + quoted(*made_ / "scene") + " --frames 4 --width 160 --height 120");
-    ASSERT_EQ(synth.exit_code, 0) << synth.printed;
+    made_.emplace();
+    succeed("synth " + quoted(*made_ / "scene") + " --frames 4 --width 160 --height 120");
     fs::remove(*made_ / "scene/.dynfilter-synth.txt");  // looks like a recording
   }
-  static void TearDownTestSuite() {
-    delete made_;
-    made_ = nullptr;
-  }
+  static void TearDownTestSuite() { made_.reset(); }
 
   ProgramSafety() : masks_(*made_ / "scene/masks") {
     fs::create_directories(folder_ / "holder");
@@ -72,7 +57,7 @@ class ProgramSafety : public ::testing::Test {
     EXPECT_EQ(outcome.exit_code, verdict == allowed ? 0 : 1) << outcome.printed;
     if (verdict != refused) return;
     EXPECT_EQ(after.size(), before.size()) << "it must add no files";
-    EXPECT_TRUE(outcome.mentions("error: ")) << outcome.printed;
+    expect_mentions(outcome, "error: ");
   }
 
  private:
@@ -86,7 +71,7 @@ class ProgramSafety : public ::testing::Test {
     };
   }
 
-  static inline TemporaryFolder* made_ = nullptr;
+  static inline std::optional<TemporaryFolder> made_;
 
  protected:
   TemporaryFolder folder_;
@@ -137,9 +122,9 @@ TEST_F(ProgramSafety, ForeignFilesAreKept) {
     expect(refused, command + "1");
     fs::remove_all(out("result"));
   }
-  ASSERT_EQ(run(command + "3").exit_code, 0);
+  succeed(command + "3");
   folder_.write("result/overlays/mine.png", "mine");
-  ASSERT_EQ(run(command + "0 --every 2").exit_code, 0);
+  succeed(command + "0 --every 2");
   const FileTree second = visible_tree(out("result"));
   EXPECT_EQ(second.count("trajectory.txt") + second.count("overlays/1.000000.png"), 0U);
   EXPECT_EQ(second.at("overlays/mine.png"), "mine");
@@ -152,7 +137,7 @@ TEST_F(ProgramSafety, ResultsThatAreReadAreNotReplaced) {
   const std::string masks = "masks " + quoted(scene()) + peer() + " --out " + quoted(made);
   expect(allowed, masks);
   expect(refused, masks);
-  EXPECT_EQ(run(masks + " --overwrite").exit_code, 0);
+  succeed(masks + " --overwrite");
   EXPECT_EQ(MaskFolderSegmenter(made).size(), 4U);
   expect(refused, "run " + quoted(scene()) + " --masks " + quoted(made) + " --out " + quoted(made));
   expect(refused, "masks " + quoted(scene()) + " --out " + quoted(made) + " --overwrite" +
@@ -193,12 +178,12 @@ TEST_F(ProgramSafety, SlowCallsLeaveOldOrNewResultsIfStopped) {
                 "synth --overwrite --frames 12 --width 320 --height 240 "}};
   for (const auto& call : calls) {
     const fs::path folder = out("stopped");
-    ASSERT_EQ(run(call.new_call + quoted(folder)).exit_code, 0);
+    succeed(call.new_call + quoted(folder));
     const FileTree later = results_in(folder);
     for (const int signal : {SIGKILL, SIGINT, SIGTERM}) {
       SCOPED_TRACE(call.new_call + std::to_string(signal));
       fs::remove_all(folder);
-      ASSERT_EQ(run(call.old_call + quoted(folder)).exit_code, 0);
+      succeed(call.old_call + quoted(folder));
       const FileTree earlier = results_in(folder);
       const Started program(call.new_call + quoted(folder), out("printed"));
       for (int k = 0; k < 3000 && !is_at_work(folder); ++k) {
@@ -213,7 +198,7 @@ TEST_F(ProgramSafety, SlowCallsLeaveOldOrNewResultsIfStopped) {
         EXPECT_FALSE(is_at_work(folder)) << "something is left";
       }
       EXPECT_EQ(results_in(folder), earlier);
-      EXPECT_EQ(run(call.new_call + quoted(folder)).exit_code, 0);
+      succeed(call.new_call + quoted(folder));
       EXPECT_EQ(results_in(folder), later) << "a repeated call must succeed";
     }
     fs::remove_all(folder);
@@ -224,10 +209,7 @@ TEST_F(ProgramSafety, OddPathsAreTakenOrRefused) {
   for (const std::string& command :
        {"run " + quoted(scene()) + " --out", "ablate " + quoted(scene()) + " --out",
         "masks " + quoted(scene()) + peer() + " --out", std::string("synth")}) {
-    const Outcome outcome = run(command + " ''");
-    EXPECT_NE(outcome.exit_code, 0) << command;
-    EXPECT_TRUE(outcome.mentions(command == "synth" ? "FOLDER: got" : "--out: got"))
-        << outcome.printed;
+    expect_refused(command + " ''", command == "synth" ? "FOLDER: got" : "--out: got");
   }
   const fs::path odd = out("caf\xE9");
   fs::rename(scene(), odd);

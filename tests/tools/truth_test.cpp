@@ -3,21 +3,11 @@
 
 // `--truth motion`: scores and the rule perfect by what moves in a frame.
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <filesystem>
-#include <limits>
-#include <string>
-#include <vector>
-
-#include <opencv2/imgproc.hpp>
-
 #include "lab/odometry/orb_extractor.hpp"
 #include "lab/scenes/scene_levels.hpp"
 #include "support/scene_images.hpp"
 #include "support/small_scene_test.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -34,25 +24,12 @@ nlohmann::json summary_of(const std::string& arguments) {
   const TemporaryFolder folder;
   const fs::path out = folder.path() / "out";
   const Outcome outcome =
-      run("run " + arguments + " --features 400 --overlays 0 --out " + quoted(out));
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+      succeed("run " + arguments + " --features 400 --overlays 0 --out " + quoted(out));
   return outcome.exit_code == 0 ? read_json(out / "summary.json") : nlohmann::json::object();
 }
 
 std::string level(const std::string& name) {
   return "--level " + name + " --scene-seed 11" + size_options;
-}
-
-/// Distance from a pixel to the nearest pixel of a mask; infinite if the mask is empty.
-double distance_to(const cv::Mat& mask, cv::Point from) {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (int y = 0; y < mask.rows; ++y) {
-    for (int x = 0; x < mask.cols; ++x) {
-      if (mask.at<std::uint8_t>(y, x) == 0) continue;
-      nearest = std::min(nearest, std::hypot(x - from.x, y - from.y));
-    }
-  }
-  return nearest;
 }
 
 /// Counts what the rule mask leaves and removes on and off what moves, feature by feature.
@@ -69,6 +46,8 @@ nlohmann::json recount(const std::string& level_name) {
     const SyntheticFrame rendered = scene.render(i);
     const cv::Mat1b masks = painted(rendered.poor_segmentation);
     cv::Mat grey, descriptors;
+    cv::Mat1f to_moving;
+    cv::distanceTransform(rendered.moving_mask == 0, to_moving, cv::DIST_L2, cv::DIST_MASK_PRECISE);
     std::vector<cv::KeyPoint> keypoints;
     cv::cvtColor(rendered.frame.image, grey, cv::COLOR_BGR2GRAY);
     extractor.extract(grey, keypoints, descriptors);
@@ -76,7 +55,7 @@ nlohmann::json recount(const std::string& level_name) {
       const cv::Point pixel(static_cast<int>(std::floor(keypoint.pt.x + 0.5F)),
                             static_cast<int>(std::floor(keypoint.pt.y + 0.5F)));
       const bool removed = masks(pixel) != 0;
-      const double distance = distance_to(rendered.moving_mask, pixel);
+      const float distance = to_moving(pixel);
       const std::string kind = distance == 0 ? "dynamic" : distance <= 3 ? "rim" : "static";
       const std::string name = kind + (removed ? "_removed" : "_left");
       counts[name] = counts[name].get<int>() + 1;
@@ -131,11 +110,6 @@ class TruthOfAFolder : public CopiedSceneTest<TruthOfAFolder> {
 
  protected:
   fs::path out() const { return folder_ / "out"; }
-
-  Outcome ablate(const std::string& options) const {
-    return run("ablate " + quoted(scene()) + " --features 400 --out " + quoted(out()) + ' ' +
-               options);
-  }
 };
 
 TEST_F(TruthOfAFolder, GivesTheScoresOfItsLevel) {
@@ -148,50 +122,31 @@ TEST_F(TruthOfAFolder, GivesTheScoresOfItsLevel) {
   }
 }
 
-TEST_F(TruthOfAFolder, NeedsNoMasksOfPersons) {
-  fs::remove_all(scene() / "masks_true");
-  const Outcome outcome = ablate("--truth motion --rules mask,perfect");
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("\nperfect ")) << outcome.printed;
-}
-
 TEST_F(TruthOfAFolder, NamesMissingMasks) {
-  const auto refused = [&](const std::string& what) {
+  const auto expect_missing = [&](const std::string& what) {
     for (const std::string& command : {"run " + quoted(scene()), "ablate " + quoted(scene())}) {
-      const Outcome outcome = run(command + " --truth motion --out " + quoted(out()));
-      EXPECT_NE(outcome.exit_code, 0) << command;
-      EXPECT_TRUE(outcome.mentions(what)) << outcome.printed;
+      expect_refused(command + " --truth motion --out " + quoted(out()), what);
       EXPECT_FALSE(fs::exists(out())) << "nothing starts";
     }
   };
   fs::remove(scene() / "masks_moving/1.033333.png");
-  refused("masks_moving/1.033333.png: there is no such mask; frame 1.033333 needs it");
+  expect_missing("masks_moving/1.033333.png: there is no such mask; frame 1.033333 needs it");
   EXPECT_EQ(summary_of(quoted(scene()) + " --rule mask")["options"]["truth"], "class")
       << "the other truth does without";
   fs::remove_all(scene() / "masks_moving");
-  refused("masks_moving: there is no such folder; truth by motion needs");
+  expect_missing("masks_moving: there is no such folder; truth by motion needs");
 }
 
-TEST_F(TruthOfAFolder, ResultsSayWhichTruthTheyHave) {
-  const Outcome outcome = ablate("--truth motion --rules mask,perfect");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions(", medians over scenes, truth by motion\n")) << outcome.printed;
-  EXPECT_TRUE(
-      run("run " + quoted(scene()) + " --truth motion --overlays 0 --out " + quoted(out() / "one"))
-          .mentions("against what moves"));
-}
-
-TEST_F(TruthOfAFolder, IsNeverWrittenTo) {
+TEST_F(TruthOfAFolder, NeedsNoMasksOfPersonsAndResultsSayWhichItIs) {
+  fs::remove_all(scene() / "masks_true");
   const Outcome outcome =
-      run("run " + quoted(scene()) + " --out " + quoted(scene() / "masks_moving"));
-  EXPECT_NE(outcome.exit_code, 0);
-  EXPECT_TRUE(outcome.mentions("is read; name another")) << outcome.printed;
-}
-
-TEST(Truth, RefusesUnknownNames) {
-  const Outcome outcome = run("run " + level("sitting") + " --truth persons");
-  EXPECT_NE(outcome.exit_code, 0);
-  EXPECT_TRUE(outcome.mentions("--truth")) << outcome.printed;
+      succeed("ablate " + quoted(scene()) +
+              " --features 400 --truth motion --rules mask,perfect --out " + quoted(out()));
+  expect_mentions(outcome, "\nperfect ");
+  expect_mentions(outcome, ", medians over scenes, truth by motion\n");
+  expect_mentions(
+      run("run " + quoted(scene()) + " --truth motion --overlays 0 --out " + quoted(out() / "one")),
+      "against what moves");
 }
 
 }  // namespace

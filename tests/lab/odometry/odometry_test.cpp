@@ -11,7 +11,6 @@
 #include "lab/odometry/orb_extractor.hpp"
 #include "support/odometry_scene.hpp"
 #include "support/test.hpp"
-#include "support/test_data.hpp"
 
 namespace odometry {
 namespace {

@@ -1,12 +1,9 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include <gtest/gtest.h>
-
-#include <string>
-
 #include "support/filter_property.hpp"
 #include "support/level_scenes.hpp"
+#include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
