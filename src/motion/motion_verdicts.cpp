@@ -179,18 +179,18 @@ InstanceVotes votes_of(const MotionContext& context, const FeatureLabels& labels
 
 /// Tells whether a feature that only compensation suspects is at rest: over both baselines, or over
 /// one after some quiet frames or far from the mask. Near it, a person who pauses is quiet, too,
-/// for a moment.
-bool is_at_rest(const FeatureMotion& feature, const Instance& instance) {
+/// for a moment; but cautious compensation leaves too few features to doubt one.
+bool is_at_rest(const FeatureMotion& feature, const Instance& instance, bool is_cautious) {
   const bool is_clear = feature.was_tracked() && feature.ratio < max_clear_ratio;
   if (feature.evidence != Evidence::quiet || feature.is_moving || !is_clear) return false;
-  return (feature.is_tracked[short_baseline] && feature.is_tracked[long_baseline]) ||
+  return is_cautious || (feature.is_tracked[short_baseline] && feature.is_tracked[long_baseline]) ||
          feature.belief <= quiet_belief || !mask_within(instance, feature.pixel, pausing_px);
 }
 
 /// Tells whether a feature that was removed for an instance comes back. One that only compensation
 /// suspects is motion's to judge, one on a mask is the instance's affair.
 bool comes_back(const FeatureLabel& label, const Instance& instance, InstanceVerdict verdict,
-                const FeatureMotion& feature) {
+                const FeatureMotion& feature, bool is_cautious) {
   const bool is_quiet =
       feature.was_tracked() ? feature.ratio < 1 : feature.evidence == Evidence::quiet;
   const bool is_with_still_object =
@@ -199,7 +199,7 @@ bool comes_back(const FeatureLabel& label, const Instance& instance, InstanceVer
     case Reason::in_mask:
       return is_with_still_object && feature.belief < 0;
     case Reason::compensated:
-      return is_with_still_object || is_at_rest(feature, instance);
+      return is_with_still_object || is_at_rest(feature, instance, is_cautious);
     default:
       return false;  // what a stage of the host's removed is not for motion to decide
   }
@@ -216,7 +216,8 @@ void give_back(const MotionContext& context, std::size_t i, float strength, Feat
   const auto k = static_cast<std::size_t>(label.instance);
   const Instance& instance = context.input.segmentation.instances[k];
   FeatureMotion& feature = context.scratch.features[i];
-  feature.is_given_back = comes_back(label, instance, statistics.instances[k].verdict, feature);
+  feature.is_given_back = comes_back(label, instance, statistics.instances[k].verdict, feature,
+                                     statistics.was_cautious());
   if (!feature.is_given_back) return;
   // As any score of an instance, it is at most the detector's confidence.
   labels.restore(i, instance.score * score_of(std::min(strength, 0.0F)),
@@ -311,6 +312,7 @@ void write_labels(const MotionContext& context, FeatureLabels& labels) {
       labels.remove(i, -1, Reason::moving, score_of(std::max(strength, 0.0F)));
     }
   }
+  if (labels.statistics().was_cautious()) return;  // a tracker needs the fringe then
   const std::vector<InstanceStatistics>& instances = labels.statistics().instances;
   for (std::size_t k = 0; k < instances.size(); ++k) {
     const bool may_move =
