@@ -14,7 +14,7 @@ Builds the program and compares rules on levels of the rendered scene and on the
 `dynfilter ablate`, whose --help explains the options: features left and removed, rates, and the
 trajectory of the reference odometry. Prints the tables. Takes about half a minute a scene on two cores.
 
-  (nothing)  the usual rules on four levels with five seeds that tuned nothing, 150 frames
+  (nothing)  the usual rules and depth_motion on four levels with five seeds that tuned nothing, 150 frames
   features   the usual rules on ten levels, every tenth frame, without odometry
   late       ways to handle masks of a network that is slower than the camera
   recordings our rules on recorded people, of which the truth by motion is known (masks_moving/)
@@ -38,6 +38,7 @@ declare -A chosen
 chosen[--levels]=medium,hard,stale_3,near_crowd
 chosen[--seeds]=101-105
 chosen[--frames]=150
+chosen[--rules]=none,mask,dynaslam,crowd_slam,ngd_slam,paper,depth,depth_motion,perfect
 chosen[--out]=$root/out/$name
 marks='trajectory tables'
 tables='^(all: ATE over that of rule mask|in the form)'
@@ -47,7 +48,7 @@ case "$name" in
     chosen[--levels]+=,near_crowd
     chosen[--seeds]=101-103
     chosen[--every]=10
-    unset 'chosen[--frames]'
+    unset 'chosen[--frames]' 'chosen[--rules]'
     marks='feature tables'
     tables='^all: dynamic left'
     ;;
