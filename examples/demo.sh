@@ -6,7 +6,7 @@ set -euo pipefail
 
 usage() {
   cat <<'END'
-usage: examples/demo.sh [SEQUENCE] [--out DIR] [-h]
+usage: examples/demo.sh [SEQUENCE] [--camera CAMERA] [--out DIR] [-h]
 
 Builds the program and runs its main job: removes the features of moving objects on every frame of a
 sequence (TUM RGB-D or BONN layout, with masks in SEQUENCE/masks), or, without one, of a small scene
@@ -14,7 +14,8 @@ that it renders first. Prints a table and writes pictures, frames.csv and summar
 Installs the packages that are missing (Debian, Ubuntu; as root or by sudo without password), or says
 which.
 
-  --out DIR  default: out/demo in the repository
+  --camera CAMERA  file, or tum1, tum2, tum3 or bonn; default: SEQUENCE/camera.yaml
+  --out DIR        default: out/demo in the repository
 
   DYNFILTER_BUILD_DIR  folder of the build, default build/release in the repository
 END
@@ -22,11 +23,12 @@ END
 
 sequence=
 out=
+camera=()
 while (($#)); do
   case "$1" in
-    --out)
+    --out | --camera)
       [[ $# -ge 2 ]] || { usage >&2; exit 2; }
-      out=$2
+      if [[ $1 == --out ]]; then out=$2; else camera=("$1" "$2"); fi
       shift
       ;;
     --out=*) out=${1#--out=} ;;
@@ -61,7 +63,7 @@ if [[ -z $sequence ]]; then
   "$dynfilter" synth "$sequence" --overwrite
 fi
 log "Filtering $sequence"
-"$dynfilter" run "$sequence" --out "$out"
+"$dynfilter" run "$sequence" "${camera[@]}" --out "$out"
 
 if python3 -c 'import matplotlib' 2>/dev/null; then
   python3 "$root/examples/report.py" "$out" "$out.html"

@@ -44,7 +44,7 @@ struct PluginCounters {
 /// descriptors where they are extracted. examples/orb_slam/README.md shows where.
 ///
 /// The order is kept, descriptors stay in step, and a frame that has features is never left with
-/// none. With the setting `motion`, a kept feature on an object that stands still has the object's
+/// none. Where motion is judged, a kept feature on an object that stands still has the object's
 /// class as its `class_id`, which ORB-SLAM leaves at -1: keep it out of a map that is used again. A
 /// call that throws leaves the caller's data unchanged, and the next call works.
 ///
@@ -63,7 +63,7 @@ class DYNFILTER_PLUGIN_API Plugin {
   ///   a wrong type or out of range;
   /// - a DepthMapFactor that is not a number of at least 0;
   /// - masks that do not exist, and a network that cannot be loaded;
-  /// - motion without the host's pinhole camera in the file;
+  /// - `motion: 1` without the host's pinhole camera in the file;
   /// - an output folder that cannot be written, would replace a file of somebody's, or lies in the
   ///   folder of masks.
   explicit Plugin(const std::string& settings_file, const std::string& prefix = "dynfilter");
@@ -78,7 +78,7 @@ class DYNFILTER_PLUGIN_API Plugin {
   /// Hands over the frame's image before its filter(). `image` is CV_8UC1, CV_8UC3 in BGR order, or
   /// CV_8UC4, whose fourth channel is ignored; with the setting `colour_order: "rgb"` both are in
   /// RGB order. It has raw pixels, as the features do. Masks from a folder do not need it;
-  /// overlays, and segmenters that look at images, do.
+  /// motion, overlays, and segmenters that look at images, do.
   ///
   /// The frame's mask in a folder is read from now on, in a thread. With the setting `async` the
   /// frame's masks are computed from now on, in parallel to the host, until filter(). Unless they

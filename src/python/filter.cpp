@@ -140,7 +140,7 @@ by the paper's own rule, CompensationRule.paper.
     filter = dynfilter.DynamicFilter(dynamic_classes=[0], margin_px=3)
     labels = filter.apply(frame, segmentation, points)
 
-Without a depth image (mono, stereo) only masks act. Two filters share nothing. Many threads may
+Without a depth image or depths_m only masks act. Two filters share nothing. Many threads may
 use one filter at once.)");
   add_filter_members(filter);
   filter.def(py::pickle([](const SharedFilter& self) { return state_of(self.options()); },
