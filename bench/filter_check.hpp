@@ -3,8 +3,7 @@
 
 // Checks of the filter's labels, made before anything is timed.
 
-#ifndef DYNFILTER_BENCH_FILTER_CHECK_HPP
-#define DYNFILTER_BENCH_FILTER_CHECK_HPP
+#pragma once
 
 #include <cstddef>
 #include <string>
@@ -60,5 +59,3 @@ inline std::string check_labels(const FilterInputData& input, const DynamicFilte
 }
 
 }  // namespace dynfilter::benchmarks
-
-#endif  // DYNFILTER_BENCH_FILTER_CHECK_HPP

@@ -3,8 +3,7 @@
 
 // Frames of any size with any number of features and persons, for the filter's benchmarks.
 
-#ifndef DYNFILTER_BENCH_FILTER_INPUT_HPP
-#define DYNFILTER_BENCH_FILTER_INPUT_HPP
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -117,5 +116,3 @@ inline FilterInputData make_filter_input(const cv::Size& image, std::size_t feat
 }
 
 }  // namespace dynfilter::benchmarks
-
-#endif  // DYNFILTER_BENCH_FILTER_INPUT_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_BENCH_FILTER_PEERS_HPP
-#define DYNFILTER_BENCH_FILTER_PEERS_HPP
+#pragma once
 
 namespace dynfilter::benchmarks {
 
@@ -13,5 +12,3 @@ namespace dynfilter::benchmarks {
 void register_filter_peers();
 
 }  // namespace dynfilter::benchmarks
-
-#endif  // DYNFILTER_BENCH_FILTER_PEERS_HPP

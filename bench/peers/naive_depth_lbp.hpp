@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_BENCH_PEERS_NAIVE_DEPTH_LBP_HPP
-#define DYNFILTER_BENCH_PEERS_NAIVE_DEPTH_LBP_HPP
+#pragma once
 
 #include <cmath>
 #include <cstdint>
@@ -39,5 +38,3 @@ void naive_dense(const cv::Mat& depth, cv::Mat& codes) {
 }
 
 }  // namespace dynfilter::peers
-
-#endif  // DYNFILTER_BENCH_PEERS_NAIVE_DEPTH_LBP_HPP

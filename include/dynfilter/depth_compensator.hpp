@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DEPTH_COMPENSATOR_HPP
-#define DYNFILTER_DEPTH_COMPENSATOR_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -637,5 +636,3 @@ class DepthCompensator {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_DEPTH_COMPENSATOR_HPP

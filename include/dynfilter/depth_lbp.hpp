@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DEPTH_LBP_HPP
-#define DYNFILTER_DEPTH_LBP_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -65,5 +64,3 @@ class DepthLbp {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_DEPTH_LBP_HPP

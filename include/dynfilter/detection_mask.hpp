@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DETECTION_MASK_HPP
-#define DYNFILTER_DETECTION_MASK_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -41,5 +40,3 @@ class DetectionMask {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_DETECTION_MASK_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DYNAMIC_FILTER_HPP
-#define DYNFILTER_DYNAMIC_FILTER_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -98,5 +97,3 @@ class DynamicFilter : public Pipeline<MaskCuller, Compensator, FeatureFloor> {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_DYNAMIC_FILTER_HPP

@@ -4,8 +4,7 @@
 /// @file
 /// Includes the whole core: everything that needs no file, no network and no thread.
 
-#ifndef DYNFILTER_DYNFILTER_HPP
-#define DYNFILTER_DYNFILTER_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -38,5 +37,3 @@
 
 /// Keeps the features of moving objects out of visual SLAM.
 namespace dynfilter {}
-
-#endif  // DYNFILTER_DYNFILTER_HPP

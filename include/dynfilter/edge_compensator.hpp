@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_EDGE_COMPENSATOR_HPP
-#define DYNFILTER_EDGE_COMPENSATOR_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -212,5 +211,3 @@ class EdgeCompensator {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_EDGE_COMPENSATOR_HPP

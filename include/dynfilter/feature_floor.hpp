@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_FEATURE_FLOOR_HPP
-#define DYNFILTER_FEATURE_FLOOR_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -57,5 +56,3 @@ class FeatureFloor {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_FEATURE_FLOOR_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_FEATURE_SAMPLER_HPP
-#define DYNFILTER_FEATURE_SAMPLER_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -81,5 +80,3 @@ class FeatureSampler {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_FEATURE_SAMPLER_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_FILTER_INPUT_HPP
-#define DYNFILTER_FILTER_INPUT_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -67,5 +66,3 @@ inline void validate(const FilterInput& input, const FeatureLabels& labels, cons
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_FILTER_INPUT_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_FRAME_FEATURES_HPP
-#define DYNFILTER_FRAME_FEATURES_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -256,5 +255,3 @@ inline FrameFeatures& frame_features(const FeaturesView& features, Workspace& wo
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_FRAME_FEATURES_HPP

@@ -26,8 +26,7 @@
 ///
 /// examples/other_hosts/ shows where the lines go in each host.
 
-#ifndef DYNFILTER_HOST_MASKS_HPP
-#define DYNFILTER_HOST_MASKS_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -138,5 +137,3 @@ inline Segmentation refined(const FrameView& frame, const Segmentation& segmenta
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_HOST_MASKS_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_KEEP_STATIC_HPP
-#define DYNFILTER_KEEP_STATIC_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -66,5 +65,3 @@ std::size_t keep_static(const FeatureLabels& labels, Columns&... columns) {
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_KEEP_STATIC_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_LABELS_HPP
-#define DYNFILTER_LABELS_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -221,5 +220,3 @@ class FeatureLabels {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_LABELS_HPP

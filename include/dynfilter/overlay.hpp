@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_OVERLAY_HPP
-#define DYNFILTER_OVERLAY_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -56,5 +55,3 @@ inline cv::Mat draw_features(const cv::Mat& image, FeaturesView features) {
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_OVERLAY_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_PIPELINE_HPP
-#define DYNFILTER_PIPELINE_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -99,5 +98,3 @@ void Pipeline<Stages...>::run(const FilterInput& input, bool has_segmentation,
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_PIPELINE_HPP

@@ -4,8 +4,7 @@
 // Helpers that call a stage. Pipeline uses them; so does code that wraps a stage, to time it for
 // example.
 
-#ifndef DYNFILTER_STAGE_HPP
-#define DYNFILTER_STAGE_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -60,5 +59,3 @@ void run_stage(const Stage& stage, const FilterInput& input, FeatureLabels& labe
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_STAGE_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_STEREO_DEPTHS_HPP
-#define DYNFILTER_STEREO_DEPTHS_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -265,5 +264,3 @@ inline void stereo_areas(const FilterInput& input, const MaskCuller& culler,
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_STEREO_DEPTHS_HPP

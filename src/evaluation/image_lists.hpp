@@ -3,8 +3,7 @@
 
 // The images of a sequence's folder, as its lists or its names have them.
 
-#ifndef DYNFILTER_SRC_EVALUATION_IMAGE_LISTS_HPP
-#define DYNFILTER_SRC_EVALUATION_IMAGE_LISTS_HPP
+#pragma once
 
 #include <cstddef>
 #include <filesystem>
@@ -40,5 +39,3 @@ struct ImageLists {
 ImageLists read_image_lists(const std::filesystem::path& folder);
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_EVALUATION_IMAGE_LISTS_HPP

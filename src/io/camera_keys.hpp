@@ -3,8 +3,7 @@
 
 // The camera in a settings file of ORB-SLAM2, or of ORB-SLAM3 with File.version "1.0".
 
-#ifndef DYNFILTER_SRC_IO_CAMERA_KEYS_HPP
-#define DYNFILTER_SRC_IO_CAMERA_KEYS_HPP
+#pragma once
 
 #include <string>
 
@@ -55,5 +54,3 @@ Camera read_pinhole(const YamlFile& file) {
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_IO_CAMERA_KEYS_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_IO_FILE_ERROR_HPP
-#define DYNFILTER_SRC_IO_FILE_ERROR_HPP
+#pragma once
 
 #include <filesystem>
 #include <stdexcept>
@@ -41,5 +40,3 @@ inline void require_regular_file(const std::filesystem::path& path) {
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_IO_FILE_ERROR_HPP

@@ -3,8 +3,7 @@
 
 // Writes all files: text, tables, images and pages. An error names the file and the cause.
 
-#ifndef DYNFILTER_SRC_IO_FILE_WRITING_HPP
-#define DYNFILTER_SRC_IO_FILE_WRITING_HPP
+#pragma once
 
 #include <unistd.h>
 
@@ -83,5 +82,3 @@ inline void append_to_file(const std::filesystem::path& path, std::string_view t
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_IO_FILE_WRITING_HPP

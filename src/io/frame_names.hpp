@@ -3,8 +3,7 @@
 
 // Names of images and masks: which image a mask is of, and at what time.
 
-#ifndef DYNFILTER_SRC_IO_FRAME_NAMES_HPP
-#define DYNFILTER_SRC_IO_FRAME_NAMES_HPP
+#pragma once
 
 #include <algorithm>
 #include <cctype>
@@ -76,5 +75,3 @@ inline bool are_numbers(const std::vector<std::string>& stems) {
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_IO_FRAME_NAMES_HPP

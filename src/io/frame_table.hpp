@@ -3,8 +3,7 @@
 
 // frames.csv: one line a frame says what was removed and why. The program and the plugin share it.
 
-#ifndef DYNFILTER_SRC_IO_FRAME_TABLE_HPP
-#define DYNFILTER_SRC_IO_FRAME_TABLE_HPP
+#pragma once
 
 #include <cstddef>
 #include <string>
@@ -50,5 +49,3 @@ inline std::string frame_cells(const std::string& frame, double timestamp_s,
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_IO_FRAME_TABLE_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_IO_HAND_OVER_NAMES_HPP
-#define DYNFILTER_SRC_IO_HAND_OVER_NAMES_HPP
+#pragma once
 
 #include <algorithm>
 #include <string>
@@ -25,5 +24,3 @@ inline HandOver hand_over_of(const std::string& name) {
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_IO_HAND_OVER_NAMES_HPP

@@ -4,8 +4,7 @@
 // Image files for the compiled components. cv::imread and cv::imwrite do not tell a missing file, a
 // truncated one and a full disk apart, and print messages.
 
-#ifndef DYNFILTER_SRC_IO_IMAGE_FILE_HPP
-#define DYNFILTER_SRC_IO_IMAGE_FILE_HPP
+#pragma once
 
 #include <algorithm>
 #include <array>
@@ -130,5 +129,3 @@ inline void write_image(const std::filesystem::path& path, const cv::Mat& image)
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_IO_IMAGE_FILE_HPP

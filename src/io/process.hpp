@@ -3,8 +3,7 @@
 
 // What a child of fork() must know: it has its parent's objects, but not its parent's threads.
 
-#ifndef DYNFILTER_SRC_IO_PROCESS_HPP
-#define DYNFILTER_SRC_IO_PROCESS_HPP
+#pragma once
 
 #include <memory>
 #include <mutex>
@@ -55,5 +54,3 @@ void destroy_at_home(std::unique_ptr<Object>& object) {
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_IO_PROCESS_HPP

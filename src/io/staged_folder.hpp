@@ -6,8 +6,7 @@
 //   .dynfilter-run-<pid>-<n>/   the files that it is writing
 //   .dynfilter-run.txt          the files that it wrote: the next writer may replace these
 
-#ifndef DYNFILTER_SRC_IO_STAGED_FOLDER_HPP
-#define DYNFILTER_SRC_IO_STAGED_FOLDER_HPP
+#pragma once
 
 #include <unistd.h>
 
@@ -202,5 +201,3 @@ class StagedFolder {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_IO_STAGED_FOLDER_HPP

@@ -3,8 +3,7 @@
 
 // Tables in text files: row by row, with errors that name file and line.
 
-#ifndef DYNFILTER_SRC_IO_TEXT_TABLE_HPP
-#define DYNFILTER_SRC_IO_TEXT_TABLE_HPP
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -186,5 +185,3 @@ class TableReader {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_IO_TEXT_TABLE_HPP

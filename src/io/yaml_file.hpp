@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_IO_YAML_FILE_HPP
-#define DYNFILTER_SRC_IO_YAML_FILE_HPP
+#pragma once
 
 #include <filesystem>
 #include <optional>
@@ -53,5 +52,3 @@ class YamlFile {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_IO_YAML_FILE_HPP

@@ -3,8 +3,7 @@
 
 // Small patches of an image, and where they are in another image.
 
-#ifndef DYNFILTER_SRC_MOTION_IMAGE_PATCH_HPP
-#define DYNFILTER_SRC_MOTION_IMAGE_PATCH_HPP
+#pragma once
 
 #include <array>
 #include <cstddef>
@@ -69,5 +68,3 @@ class ImagePatch {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_MOTION_IMAGE_PATCH_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_MOTION_INSTANCE_MOTION_HPP
-#define DYNFILTER_SRC_MOTION_INSTANCE_MOTION_HPP
+#pragma once
 
 #include <cstddef>
 #include <optional>
@@ -73,5 +72,3 @@ class InstanceMotion {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_MOTION_INSTANCE_MOTION_HPP

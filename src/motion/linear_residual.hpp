@@ -3,8 +3,7 @@
 
 // Residuals around a pose, and the small motion that makes them least.
 
-#ifndef DYNFILTER_SRC_MOTION_LINEAR_RESIDUAL_HPP
-#define DYNFILTER_SRC_MOTION_LINEAR_RESIDUAL_HPP
+#pragma once
 
 #include <array>
 
@@ -102,5 +101,3 @@ inline RelativePose moved(const RelativePose& pose, const Twist& motion) {
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_MOTION_LINEAR_RESIDUAL_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_MOTION_MASK_REACH_HPP
-#define DYNFILTER_SRC_MOTION_MASK_REACH_HPP
+#pragma once
 
 #include <cstdint>
 
@@ -26,5 +25,3 @@ void for_each_within(const MotionContext& context, const Instance& instance, dou
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_MOTION_MASK_REACH_HPP

@@ -3,8 +3,7 @@
 
 // What MotionJudge measures in one frame, and its steps in their order.
 
-#ifndef DYNFILTER_SRC_MOTION_MOTION_FRAME_HPP
-#define DYNFILTER_SRC_MOTION_MOTION_FRAME_HPP
+#pragma once
 
 #include <array>
 #include <cmath>
@@ -198,5 +197,3 @@ void write_labels(const MotionContext& context, FeatureLabels& labels);
 void remember(const MotionContext& context);
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_MOTION_MOTION_FRAME_HPP

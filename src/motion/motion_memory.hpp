@@ -3,8 +3,7 @@
 
 // What MotionJudge remembers of earlier frames.
 
-#ifndef DYNFILTER_SRC_MOTION_MOTION_MEMORY_HPP
-#define DYNFILTER_SRC_MOTION_MOTION_MEMORY_HPP
+#pragma once
 
 #include <algorithm>
 #include <array>
@@ -113,5 +112,3 @@ struct MotionMemory {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_MOTION_MOTION_MEMORY_HPP

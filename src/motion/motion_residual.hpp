@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_MOTION_MOTION_RESIDUAL_HPP
-#define DYNFILTER_SRC_MOTION_MOTION_RESIDUAL_HPP
+#pragma once
 
 #include <limits>
 #include <optional>
@@ -64,5 +63,3 @@ double depth_residual_m(const RelativePose& then_from_now, const cv::Point3d& no
                         const DepthInterval& now, const DepthInterval& then);
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_MOTION_MOTION_RESIDUAL_HPP

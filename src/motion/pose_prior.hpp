@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_MOTION_POSE_PRIOR_HPP
-#define DYNFILTER_SRC_MOTION_POSE_PRIOR_HPP
+#pragma once
 
 #include <cmath>
 
@@ -38,5 +37,3 @@ inline void validate(const PosePrior& prior, const char* caller) {
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_MOTION_POSE_PRIOR_HPP

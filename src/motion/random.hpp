@@ -3,8 +3,7 @@
 
 // Reproducible random numbers.
 
-#ifndef DYNFILTER_SRC_MOTION_RANDOM_HPP
-#define DYNFILTER_SRC_MOTION_RANDOM_HPP
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -29,5 +28,3 @@ class Random {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_MOTION_RANDOM_HPP

@@ -3,8 +3,7 @@
 
 // Rotations of a pose.
 
-#ifndef DYNFILTER_SRC_MOTION_ROTATION_HPP
-#define DYNFILTER_SRC_MOTION_ROTATION_HPP
+#pragma once
 
 #include <cmath>
 
@@ -42,5 +41,3 @@ inline cv::Matx33d orthonormal(const cv::Matx33d& rotation) {
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_MOTION_ROTATION_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_NETWORKS_CLASS_NAMES_HPP
-#define DYNFILTER_SRC_NETWORKS_CLASS_NAMES_HPP
+#pragma once
 
 #include <string>
 #include <vector>
@@ -17,5 +16,3 @@ const std::vector<std::string>& coco_class_names();
 std::vector<std::string> parse_class_names(const std::string& text);
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_NETWORKS_CLASS_NAMES_HPP

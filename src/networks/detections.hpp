@@ -3,8 +3,7 @@
 
 // Detections: what decoders read from a network's outputs, before masks are assembled.
 
-#ifndef DYNFILTER_SRC_NETWORKS_DETECTIONS_HPP
-#define DYNFILTER_SRC_NETWORKS_DETECTIONS_HPP
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -69,5 +68,3 @@ std::vector<Detection> best_detections(std::vector<Detection> found,
                                        const DetectionOptions& options, bool suppresses = true);
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_NETWORKS_DETECTIONS_HPP

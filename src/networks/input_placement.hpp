@@ -5,8 +5,7 @@
 // pixels from the upper left corner of the image: pixel (x, y) covers [x, x+1) x [y, y+1), and its
 // centre is (x+0.5, y+0.5). With these coordinates, resizing is a mere factor.
 
-#ifndef DYNFILTER_SRC_NETWORKS_INPUT_PLACEMENT_HPP
-#define DYNFILTER_SRC_NETWORKS_INPUT_PLACEMENT_HPP
+#pragma once
 
 #include <opencv2/core.hpp>
 
@@ -59,5 +58,3 @@ PlacedImage normalized_rgb(const PlacedImage& bgr, const cv::Scalar& mean,
 cv::Rect box_in_image(const Box& box, const InputPlacement& placement);
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_NETWORKS_INPUT_PLACEMENT_HPP

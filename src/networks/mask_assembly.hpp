@@ -4,8 +4,7 @@
 // Makes instances of the image from detections and prototypes. A mask is the sum of the prototypes,
 // weighted by the detection's coefficients (YOLACT, section 3.1; YOLO adopted it).
 
-#ifndef DYNFILTER_SRC_NETWORKS_MASK_ASSEMBLY_HPP
-#define DYNFILTER_SRC_NETWORKS_MASK_ASSEMBLY_HPP
+#pragma once
 
 #include <vector>
 
@@ -38,5 +37,3 @@ std::vector<Instance> assemble_instances(const std::vector<Detection>& detection
                                          MaskRule rule);
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_NETWORKS_MASK_ASSEMBLY_HPP

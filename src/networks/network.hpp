@@ -3,8 +3,7 @@
 
 // A model in OpenCV's dnn module; its errors name the file.
 
-#ifndef DYNFILTER_SRC_NETWORKS_NETWORK_HPP
-#define DYNFILTER_SRC_NETWORKS_NETWORK_HPP
+#pragma once
 
 #include <exception>
 #include <filesystem>
@@ -58,5 +57,3 @@ class Network {
 std::vector<double> numbers_in(std::string text);
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_NETWORKS_NETWORK_HPP

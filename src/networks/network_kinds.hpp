@@ -3,8 +3,7 @@
 
 // The kinds of networks: the preprocessing and the decoder of each.
 
-#ifndef DYNFILTER_SRC_NETWORKS_NETWORK_KINDS_HPP
-#define DYNFILTER_SRC_NETWORKS_NETWORK_KINDS_HPP
+#pragma once
 
 #include <algorithm>
 #include <memory>
@@ -176,5 +175,3 @@ struct LoadedNetwork {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_NETWORKS_NETWORK_KINDS_HPP

@@ -5,8 +5,7 @@
 // constant outputs, the exporter's metadata, and whether the file is whole. OpenCV 4.6 reports none
 // of this, drops constant outputs, and fails on a broken file with unrelated messages.
 
-#ifndef DYNFILTER_SRC_NETWORKS_ONNX_FILE_HPP
-#define DYNFILTER_SRC_NETWORKS_ONNX_FILE_HPP
+#pragma once
 
 #include <cstdint>
 #include <filesystem>
@@ -37,5 +36,3 @@ struct OnnxFile {
 OnnxFile read_onnx_file(const std::filesystem::path& path);
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_NETWORKS_ONNX_FILE_HPP

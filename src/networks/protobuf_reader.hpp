@@ -4,8 +4,7 @@
 // The part of protocol buffers' wire format (protobuf.dev/programming-guides/encoding) that ONNX
 // uses: a message is a row of fields, each a number or bytes; a nested message is bytes.
 
-#ifndef DYNFILTER_SRC_NETWORKS_PROTOBUF_READER_HPP
-#define DYNFILTER_SRC_NETWORKS_PROTOBUF_READER_HPP
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -105,5 +104,3 @@ inline std::vector<std::int64_t> numbers_of(std::string_view message, std::uint6
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_NETWORKS_PROTOBUF_READER_HPP

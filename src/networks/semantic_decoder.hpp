@@ -4,8 +4,7 @@
 // Networks that give each pixel a class and know no instances, such as DeepLab, SegFormer, SegNet,
 // SINet and selfie segmentation.
 
-#ifndef DYNFILTER_SRC_NETWORKS_SEMANTIC_DECODER_HPP
-#define DYNFILTER_SRC_NETWORKS_SEMANTIC_DECODER_HPP
+#pragma once
 
 #include <map>
 #include <vector>
@@ -41,5 +40,3 @@ std::vector<Instance> decode_semantic(const Planes& planes, const InputPlacement
                                       const DetectionOptions& options);
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_NETWORKS_SEMANTIC_DECODER_HPP

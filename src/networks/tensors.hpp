@@ -3,8 +3,7 @@
 
 // Outputs of a network, whichever way exporters arrange rows and columns.
 
-#ifndef DYNFILTER_SRC_NETWORKS_TENSORS_HPP
-#define DYNFILTER_SRC_NETWORKS_TENSORS_HPP
+#pragma once
 
 #include <algorithm>
 #include <array>
@@ -97,5 +96,3 @@ inline Planes count_last(const cv::Mat& tensor) {
 inline float sigmoid(float value) { return 1.0F / (1.0F + std::exp(-value)); }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_NETWORKS_TENSORS_HPP

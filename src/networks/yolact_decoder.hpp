@@ -3,8 +3,7 @@
 
 // Decodes the outputs of a YOLACT network into detections.
 
-#ifndef DYNFILTER_SRC_NETWORKS_YOLACT_DECODER_HPP
-#define DYNFILTER_SRC_NETWORKS_YOLACT_DECODER_HPP
+#pragma once
 
 #include <vector>
 
@@ -55,5 +54,3 @@ std::vector<Detection> decode_yolact(const YolactOutputs& outputs, const Table& 
                                      const cv::Size& input, const DetectionOptions& options);
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_NETWORKS_YOLACT_DECODER_HPP

@@ -3,8 +3,7 @@
 
 // Decodes the outputs of a YOLO-seg network into detections.
 
-#ifndef DYNFILTER_SRC_NETWORKS_YOLO_DECODER_HPP
-#define DYNFILTER_SRC_NETWORKS_YOLO_DECODER_HPP
+#pragma once
 
 #include <vector>
 
@@ -55,5 +54,3 @@ YoloOutputs bind_yolo(const std::vector<NamedTensor>& outputs, const cv::Size& i
 std::vector<Detection> decode_yolo(const YoloOutputs& outputs, const DetectionOptions& options);
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_NETWORKS_YOLO_DECODER_HPP

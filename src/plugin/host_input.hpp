@@ -3,8 +3,7 @@
 
 // What a host hands over: images, and the columns of its features.
 
-#ifndef DYNFILTER_SRC_PLUGIN_HOST_INPUT_HPP
-#define DYNFILTER_SRC_PLUGIN_HOST_INPUT_HPP
+#pragma once
 
 #include <cstddef>
 #include <vector>
@@ -115,5 +114,3 @@ inline void shorten(const FeatureLabels& labels, const HostColumns& columns) {
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_PLUGIN_HOST_INPUT_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_PLUGIN_MASK_SOURCE_HPP
-#define DYNFILTER_SRC_PLUGIN_MASK_SOURCE_HPP
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -76,5 +75,3 @@ class MaskSource {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_PLUGIN_MASK_SOURCE_HPP

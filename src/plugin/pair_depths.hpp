@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_PLUGIN_PAIR_DEPTHS_HPP
-#define DYNFILTER_SRC_PLUGIN_PAIR_DEPTHS_HPP
+#pragma once
 
 #include <cmath>
 #include <cstddef>
@@ -84,5 +83,3 @@ class PairDepths {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_PLUGIN_PAIR_DEPTHS_HPP

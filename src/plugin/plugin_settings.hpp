@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_PLUGIN_PLUGIN_SETTINGS_HPP
-#define DYNFILTER_SRC_PLUGIN_PLUGIN_SETTINGS_HPP
+#pragma once
 
 #include <cstddef>
 #include <optional>
@@ -64,5 +63,3 @@ inline std::string without_component(const std::string& message) {
 PluginSettings read_plugin_settings(const std::string& path, const std::string& prefix);
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_PLUGIN_PLUGIN_SETTINGS_HPP

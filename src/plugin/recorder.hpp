@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_PLUGIN_RECORDER_HPP
-#define DYNFILTER_SRC_PLUGIN_RECORDER_HPP
+#pragma once
 
 #include <cstddef>
 #include <filesystem>
@@ -53,5 +52,3 @@ class Recorder {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_PLUGIN_RECORDER_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_PLUGIN_SETTINGS_FILE_HPP
-#define DYNFILTER_SRC_PLUGIN_SETTINGS_FILE_HPP
+#pragma once
 
 #include <cstddef>
 #include <optional>
@@ -57,5 +56,3 @@ class SettingsFile {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_PLUGIN_SETTINGS_FILE_HPP

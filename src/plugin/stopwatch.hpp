@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_PLUGIN_STOPWATCH_HPP
-#define DYNFILTER_SRC_PLUGIN_STOPWATCH_HPP
+#pragma once
 
 #include <chrono>
 
@@ -19,5 +18,3 @@ class Stopwatch {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_PLUGIN_STOPWATCH_HPP

@@ -3,8 +3,7 @@
 
 // NumPy arrays as matrices and features, and matrices as arrays, without copies.
 
-#ifndef DYNFILTER_SRC_PYTHON_ARRAYS_HPP
-#define DYNFILTER_SRC_PYTHON_ARRAYS_HPP
+#pragma once
 
 #include <string>
 #include <utility>
@@ -88,5 +87,3 @@ struct handle_type_name<dynfilter::python::OptionalArray> {
 };
 
 }  // namespace pybind11::detail
-
-#endif  // DYNFILTER_SRC_PYTHON_ARRAYS_HPP

@@ -5,8 +5,7 @@
 // module.cpp matters: a type stands before the signatures that name it. Conversions of OpenCV's
 // small types: a point is a tuple (x, y), a size (width, height), a box (x, y, width, height).
 
-#ifndef DYNFILTER_SRC_PYTHON_BINDINGS_HPP
-#define DYNFILTER_SRC_PYTHON_BINDINGS_HPP
+#pragma once
 
 #include <tuple>
 #include <utility>
@@ -77,5 +76,3 @@ void bind_motion(py::module_& module);
 void bind_sequence(py::module_& module);
 
 }  // namespace dynfilter::python
-
-#endif  // DYNFILTER_SRC_PYTHON_BINDINGS_HPP

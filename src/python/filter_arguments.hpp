@@ -3,8 +3,7 @@
 
 // What DynamicFilter and MotionFilter share: their options as keyword arguments, and features.
 
-#ifndef DYNFILTER_SRC_PYTHON_FILTER_ARGUMENTS_HPP
-#define DYNFILTER_SRC_PYTHON_FILTER_ARGUMENTS_HPP
+#pragma once
 
 #include <cstddef>
 #include <memory>
@@ -66,5 +65,3 @@ void add_filter_members(py::class_<Filter>& bound, const Names&... names) {
 }
 
 }  // namespace dynfilter::python
-
-#endif  // DYNFILTER_SRC_PYTHON_FILTER_ARGUMENTS_HPP

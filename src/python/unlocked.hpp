@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_PYTHON_UNLOCKED_HPP
-#define DYNFILTER_SRC_PYTHON_UNLOCKED_HPP
+#pragma once
 
 #include <atomic>
 #include <chrono>
@@ -64,5 +63,3 @@ class Unlocked {
 };
 
 }  // namespace dynfilter::python
-
-#endif  // DYNFILTER_SRC_PYTHON_UNLOCKED_HPP

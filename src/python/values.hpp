@@ -3,8 +3,7 @@
 
 // A struct as a class of Python that prints its fields, and can be copied and pickled.
 
-#ifndef DYNFILTER_SRC_PYTHON_VALUES_HPP
-#define DYNFILTER_SRC_PYTHON_VALUES_HPP
+#pragma once
 
 #include <cstddef>
 #include <functional>
@@ -138,5 +137,3 @@ void add_camera_fields(ValueClass<Camera>& bound) {
 }
 
 }  // namespace dynfilter::python
-
-#endif  // DYNFILTER_SRC_PYTHON_VALUES_HPP

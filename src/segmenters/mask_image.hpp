@@ -3,8 +3,7 @@
 
 // Mask images of other tools: palettes, equal channels, transparency.
 
-#ifndef DYNFILTER_SRC_SEGMENTERS_MASK_IMAGE_HPP
-#define DYNFILTER_SRC_SEGMENTERS_MASK_IMAGE_HPP
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -108,5 +107,3 @@ inline cv::Mat read_mask(const std::filesystem::path& file) {
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_SEGMENTERS_MASK_IMAGE_HPP

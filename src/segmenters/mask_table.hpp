@@ -3,8 +3,7 @@
 
 // Names and limits shared by the reader and the writer of mask folders.
 
-#ifndef DYNFILTER_SRC_SEGMENTERS_MASK_TABLE_HPP
-#define DYNFILTER_SRC_SEGMENTERS_MASK_TABLE_HPP
+#pragma once
 
 namespace dynfilter::detail {
 
@@ -16,5 +15,3 @@ constexpr const char* mask_table_header_with_time =
 constexpr int max_mask_label = 65535;  // the limit of a 16-bit PNG
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_SEGMENTERS_MASK_TABLE_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_SEGMENTERS_WORKER_THREAD_HPP
-#define DYNFILTER_SRC_SEGMENTERS_WORKER_THREAD_HPP
+#pragma once
 
 #include <functional>
 #include <memory>
@@ -42,5 +41,3 @@ class WorkerThread {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_SEGMENTERS_WORKER_THREAD_HPP

@@ -3,8 +3,7 @@
 
 // The program and its sub-commands; each of these declares its options and its action.
 
-#ifndef DYNFILTER_SRC_TOOLS_COMMANDS_HPP
-#define DYNFILTER_SRC_TOOLS_COMMANDS_HPP
+#pragma once
 
 namespace CLI {
 class App;
@@ -24,5 +23,3 @@ void add_ablate_command(CLI::App& program);
 int run_program(int argc, char** argv);
 
 }  // namespace dynfilter::tools
-
-#endif  // DYNFILTER_SRC_TOOLS_COMMANDS_HPP

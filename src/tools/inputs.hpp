@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_TOOLS_INPUTS_HPP
-#define DYNFILTER_SRC_TOOLS_INPUTS_HPP
+#pragma once
 
 #include <filesystem>
 #include <set>
@@ -51,5 +50,3 @@ class Inputs {
 };
 
 }  // namespace dynfilter::tools
-
-#endif  // DYNFILTER_SRC_TOOLS_INPUTS_HPP

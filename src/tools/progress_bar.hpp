@@ -3,8 +3,7 @@
 
 // Shows long work, and ends it cleanly when the user presses Ctrl+C.
 
-#ifndef DYNFILTER_SRC_TOOLS_PROGRESS_BAR_HPP
-#define DYNFILTER_SRC_TOOLS_PROGRESS_BAR_HPP
+#pragma once
 
 #include <unistd.h>
 
@@ -86,5 +85,3 @@ class ProgressBar {
 };
 
 }  // namespace dynfilter::tools
-
-#endif  // DYNFILTER_SRC_TOOLS_PROGRESS_BAR_HPP

@@ -3,8 +3,7 @@
 
 // The rules to compare: ours, those of other systems, and the two bounds.
 
-#ifndef DYNFILTER_SRC_TOOLS_RULE_SET_HPP
-#define DYNFILTER_SRC_TOOLS_RULE_SET_HPP
+#pragma once
 
 #include <cstdint>
 #include <functional>
@@ -73,5 +72,3 @@ AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks,
                   const CameraParameters& camera);
 
 }  // namespace dynfilter::tools
-
-#endif  // DYNFILTER_SRC_TOOLS_RULE_SET_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_TOOLS_RUN_PICTURES_HPP
-#define DYNFILTER_SRC_TOOLS_RUN_PICTURES_HPP
+#pragma once
 
 #include <cstddef>
 #include <filesystem>
@@ -55,5 +54,3 @@ class WorstFrame {
 FeatureLabels only_masked(const FeatureLabels& labels, const Segmentation& segmentation);
 
 }  // namespace dynfilter::tools
-
-#endif  // DYNFILTER_SRC_TOOLS_RUN_PICTURES_HPP

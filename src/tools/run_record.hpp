@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_TOOLS_RUN_RECORD_HPP
-#define DYNFILTER_SRC_TOOLS_RUN_RECORD_HPP
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -148,5 +147,3 @@ void write_summary_json(const RunRecord& run, const std::filesystem::path& file)
 /// @}
 
 }  // namespace dynfilter::tools
-
-#endif  // DYNFILTER_SRC_TOOLS_RUN_RECORD_HPP

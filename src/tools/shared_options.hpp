@@ -3,8 +3,7 @@
 
 // Options shared by several sub-commands.
 
-#ifndef DYNFILTER_SRC_TOOLS_SHARED_OPTIONS_HPP
-#define DYNFILTER_SRC_TOOLS_SHARED_OPTIONS_HPP
+#pragma once
 
 #include <cstddef>
 #include <filesystem>
@@ -105,5 +104,3 @@ Segmentation masks_of(Segmenter& segmenter, FrameView frame, std::size_t i, std:
 void add_segmenter_options(CLI::App& command, SegmenterSpec& segmenter);
 
 }  // namespace dynfilter::tools
-
-#endif  // DYNFILTER_SRC_TOOLS_SHARED_OPTIONS_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_TOOLS_SOURCE_CHECKS_HPP
-#define DYNFILTER_SRC_TOOLS_SOURCE_CHECKS_HPP
+#pragma once
 
 #include <algorithm>
 #include <cstdio>
@@ -72,5 +71,3 @@ class SourceChecks {
 };
 
 }  // namespace dynfilter::tools
-
-#endif  // DYNFILTER_SRC_TOOLS_SOURCE_CHECKS_HPP

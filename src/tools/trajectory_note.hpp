@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_TOOLS_TRAJECTORY_NOTE_HPP
-#define DYNFILTER_SRC_TOOLS_TRAJECTORY_NOTE_HPP
+#pragma once
 
 #include <cstddef>
 #include <filesystem>
@@ -30,5 +29,3 @@ inline std::string trajectory_note(const std::filesystem::path& file,
 }
 
 }  // namespace dynfilter::tools
-
-#endif  // DYNFILTER_SRC_TOOLS_TRAJECTORY_NOTE_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DETAIL_MASK_PAINTING_HPP
-#define DYNFILTER_DETAIL_MASK_PAINTING_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -118,5 +117,3 @@ inline void paint_mask_within(const Instance& instance, double radius, std::uint
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_MASK_PAINTING_HPP

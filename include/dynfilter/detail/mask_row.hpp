@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DETAIL_MASK_ROW_HPP
-#define DYNFILTER_DETAIL_MASK_ROW_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -46,5 +45,3 @@ inline const std::uint8_t* find_mask_end(const std::uint8_t* first, const std::u
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_MASK_ROW_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DETAIL_OVERLAY_DRAWING_HPP
-#define DYNFILTER_DETAIL_OVERLAY_DRAWING_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -186,5 +185,3 @@ inline cv::Mat colour_copy(const cv::Mat& image) {
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_OVERLAY_DRAWING_HPP

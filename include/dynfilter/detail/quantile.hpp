@@ -3,8 +3,7 @@
 
 // Quantiles of measured values.
 
-#ifndef DYNFILTER_DETAIL_QUANTILE_HPP
-#define DYNFILTER_DETAIL_QUANTILE_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -26,5 +25,3 @@ Value quantile_of(std::vector<Value>& values, double share = 0.5) {
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_QUANTILE_HPP

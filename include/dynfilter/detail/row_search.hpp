@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DETAIL_ROW_SEARCH_HPP
-#define DYNFILTER_DETAIL_ROW_SEARCH_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -166,5 +165,3 @@ class RowSearch {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_ROW_SEARCH_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_EVALUATION_CAMERA_HPP
-#define DYNFILTER_EVALUATION_CAMERA_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -52,5 +51,3 @@ CameraParameters read_camera(const std::filesystem::path& path);
 std::string camera_file_text(const CameraParameters& camera);
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_EVALUATION_CAMERA_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_EVALUATION_RGBD_SEQUENCE_HPP
-#define DYNFILTER_EVALUATION_RGBD_SEQUENCE_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -115,5 +114,3 @@ class RgbdSequence {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_EVALUATION_RGBD_SEQUENCE_HPP

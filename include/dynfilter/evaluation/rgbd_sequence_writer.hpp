@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_EVALUATION_RGBD_SEQUENCE_WRITER_HPP
-#define DYNFILTER_EVALUATION_RGBD_SEQUENCE_WRITER_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -93,5 +92,3 @@ class RgbdSequenceWriter {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_EVALUATION_RGBD_SEQUENCE_WRITER_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_EVALUATION_TRAJECTORY_HPP
-#define DYNFILTER_EVALUATION_TRAJECTORY_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -94,5 +93,3 @@ inline void write_trajectory(const std::filesystem::path& path, const Trajectory
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_EVALUATION_TRAJECTORY_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_EVALUATION_TRAJECTORY_ERRORS_HPP
-#define DYNFILTER_EVALUATION_TRAJECTORY_ERRORS_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -269,5 +268,3 @@ inline double improvement_percent(double baseline_rmse, double rmse) {
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_EVALUATION_TRAJECTORY_ERRORS_HPP

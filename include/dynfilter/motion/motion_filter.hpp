@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_MOTION_MOTION_FILTER_HPP
-#define DYNFILTER_MOTION_MOTION_FILTER_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -68,5 +67,3 @@ class MotionFilter {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_MOTION_MOTION_FILTER_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_MOTION_PINHOLE_CAMERA_HPP
-#define DYNFILTER_MOTION_PINHOLE_CAMERA_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -51,5 +50,3 @@ struct PinholeCamera {
 void validate(const PinholeCamera& camera, const char* component);
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_MOTION_PINHOLE_CAMERA_HPP

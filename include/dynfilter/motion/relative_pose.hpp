@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_MOTION_RELATIVE_POSE_HPP
-#define DYNFILTER_MOTION_RELATIVE_POSE_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -116,5 +115,3 @@ class RelativePoseEstimator {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_MOTION_RELATIVE_POSE_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SEGMENTERS_DEPTH_OFFSET_ESTIMATOR_HPP
-#define DYNFILTER_SEGMENTERS_DEPTH_OFFSET_ESTIMATOR_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -106,5 +105,3 @@ class DepthOffsetEstimator {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_SEGMENTERS_DEPTH_OFFSET_ESTIMATOR_HPP

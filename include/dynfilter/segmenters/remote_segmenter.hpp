@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SEGMENTERS_REMOTE_SEGMENTER_HPP
-#define DYNFILTER_SEGMENTERS_REMOTE_SEGMENTER_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -58,5 +57,3 @@ class RemoteSegmenter final : public Segmenter {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_SEGMENTERS_REMOTE_SEGMENTER_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_LAB_ODOMETRY_FRAME_FEATURES_HPP
-#define DYNFILTER_SRC_LAB_ODOMETRY_FRAME_FEATURES_HPP
+#pragma once
 
 #include <array>
 #include <cstddef>
@@ -66,5 +65,3 @@ FrameFeatures make_features(const dynfilter::FrameView& frame,
 PinholeCamera pinhole_of(const dynfilter::CameraParameters& parameters, const cv::Size& image_size);
 
 }  // namespace odometry
-
-#endif  // DYNFILTER_SRC_LAB_ODOMETRY_FRAME_FEATURES_HPP

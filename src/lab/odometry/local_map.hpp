@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_LAB_ODOMETRY_LOCAL_MAP_HPP
-#define DYNFILTER_SRC_LAB_ODOMETRY_LOCAL_MAP_HPP
+#pragma once
 
 #include <cstddef>
 #include <utility>
@@ -124,5 +123,3 @@ void adjust_around(LocalMap& map, const PinholeCamera& camera, KeyframeId keyfra
                    std::size_t neighbours);
 
 }  // namespace odometry
-
-#endif  // DYNFILTER_SRC_LAB_ODOMETRY_LOCAL_MAP_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_LAB_ODOMETRY_ODOMETRY_HPP
-#define DYNFILTER_SRC_LAB_ODOMETRY_ODOMETRY_HPP
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -74,5 +73,3 @@ class Odometry {
 };
 
 }  // namespace odometry
-
-#endif  // DYNFILTER_SRC_LAB_ODOMETRY_ODOMETRY_HPP

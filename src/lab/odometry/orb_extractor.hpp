@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_LAB_ODOMETRY_ORB_EXTRACTOR_HPP
-#define DYNFILTER_SRC_LAB_ODOMETRY_ORB_EXTRACTOR_HPP
+#pragma once
 
 #include <cstddef>
 #include <vector>
@@ -34,5 +33,3 @@ class OrbExtractor {
 };
 
 }  // namespace odometry
-
-#endif  // DYNFILTER_SRC_LAB_ODOMETRY_ORB_EXTRACTOR_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_LAB_ODOMETRY_POSE_ESTIMATION_HPP
-#define DYNFILTER_SRC_LAB_ODOMETRY_POSE_ESTIMATION_HPP
+#pragma once
 
 #include <cmath>
 #include <cstddef>
@@ -163,5 +162,3 @@ std::optional<Pose> pnp_ransac(const PinholeCamera& camera, std::vector<PointMat
                                std::size_t min_inliers, std::uint64_t seed);
 
 }  // namespace odometry
-
-#endif  // DYNFILTER_SRC_LAB_ODOMETRY_POSE_ESTIMATION_HPP

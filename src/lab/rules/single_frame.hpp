@@ -4,8 +4,7 @@
 // Rules of other systems that judge single frames, as stages, and helpers for such rules. All are
 // written from descriptions in prose and share no code with the systems that they are named after.
 
-#ifndef DYNFILTER_SRC_LAB_RULES_SINGLE_FRAME_HPP
-#define DYNFILTER_SRC_LAB_RULES_SINGLE_FRAME_HPP
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -191,5 +190,3 @@ class BoxDepthMask {
 };
 
 }  // namespace dynfilter::peers
-
-#endif  // DYNFILTER_SRC_LAB_RULES_SINGLE_FRAME_HPP

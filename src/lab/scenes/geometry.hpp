@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_LAB_SCENES_GEOMETRY_HPP
-#define DYNFILTER_SRC_LAB_SCENES_GEOMETRY_HPP
+#pragma once
 
 #include <limits>
 
@@ -103,5 +102,3 @@ class Limb {
 };
 
 }  // namespace dynfilter::scene
-
-#endif  // DYNFILTER_SRC_LAB_SCENES_GEOMETRY_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_LAB_SCENES_MOMENT_HPP
-#define DYNFILTER_SRC_LAB_SCENES_MOMENT_HPP
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -67,5 +66,3 @@ cv::Mat1b moving_pixels(const World& world, const Moment& now, const Moment& bef
                         const CameraPose& pose);
 
 }  // namespace dynfilter::scene
-
-#endif  // DYNFILTER_SRC_LAB_SCENES_MOMENT_HPP

@@ -4,8 +4,7 @@
 // Random numbers as pure functions of (seed, use, place). Nothing here has a state, so results
 // depend neither on the order of calls nor on the number of threads.
 
-#ifndef DYNFILTER_SRC_LAB_SCENES_NOISE_HPP
-#define DYNFILTER_SRC_LAB_SCENES_NOISE_HPP
+#pragma once
 
 #include <cstdint>
 
@@ -71,5 +70,3 @@ void add_noise(cv::Mat1f& field, int cell, float amplitude, std::uint64_t key);
 cv::Mat1f noise_field(cv::Size size, int cell, std::uint64_t key);
 
 }  // namespace dynfilter::scene
-
-#endif  // DYNFILTER_SRC_LAB_SCENES_NOISE_HPP

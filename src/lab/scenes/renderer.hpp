@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_LAB_SCENES_RENDERER_HPP
-#define DYNFILTER_SRC_LAB_SCENES_RENDERER_HPP
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -78,5 +77,3 @@ cv::Mat1w measure_depth(const Rendering& rendering, const CameraParameters& came
                         const SyntheticSceneOptions& options, std::uint64_t key);
 
 }  // namespace dynfilter::scene
-
-#endif  // DYNFILTER_SRC_LAB_SCENES_RENDERER_HPP

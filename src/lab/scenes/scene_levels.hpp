@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_LAB_SCENES_SCENE_LEVELS_HPP
-#define DYNFILTER_SRC_LAB_SCENES_SCENE_LEVELS_HPP
+#pragma once
 
 #include <cstdint>
 #include <string>
@@ -27,5 +26,3 @@ std::vector<SceneLevel> scene_levels();
 SyntheticSceneOptions scene_level(const std::string& name, std::uint64_t seed = 1);
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_SRC_LAB_SCENES_SCENE_LEVELS_HPP

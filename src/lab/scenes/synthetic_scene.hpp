@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_LAB_SCENES_SYNTHETIC_SCENE_HPP
-#define DYNFILTER_SRC_LAB_SCENES_SYNTHETIC_SCENE_HPP
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -164,5 +163,3 @@ class SyntheticScene {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_SRC_LAB_SCENES_SYNTHETIC_SCENE_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_LAB_SCENES_TEXTURE_HPP
-#define DYNFILTER_SRC_LAB_SCENES_TEXTURE_HPP
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -70,5 +69,3 @@ Texture paint_material(Material material, double contrast, std::uint64_t seed);
 Texture paint_garment(Garment garment, int person, std::uint64_t seed);
 
 }  // namespace dynfilter::scene
-
-#endif  // DYNFILTER_SRC_LAB_SCENES_TEXTURE_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_SEGMENTERS_PROPAGATION_MOTION_MAP_HPP
-#define DYNFILTER_SRC_SEGMENTERS_PROPAGATION_MOTION_MAP_HPP
+#pragma once
 
 #include <vector>
 
@@ -45,5 +44,3 @@ class MotionMap {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_SEGMENTERS_PROPAGATION_MOTION_MAP_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_SEGMENTERS_PROPAGATION_POINT_FLOW_HPP
-#define DYNFILTER_SRC_SEGMENTERS_PROPAGATION_POINT_FLOW_HPP
+#pragma once
 
 #include <vector>
 
@@ -48,5 +47,3 @@ class PointFlow {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_SEGMENTERS_PROPAGATION_POINT_FLOW_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_SEGMENTERS_PROPAGATION_TRACKED_INSTANCE_HPP
-#define DYNFILTER_SRC_SEGMENTERS_PROPAGATION_TRACKED_INSTANCE_HPP
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -86,5 +85,3 @@ class TrackedInstance {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_SRC_SEGMENTERS_PROPAGATION_TRACKED_INSTANCE_HPP

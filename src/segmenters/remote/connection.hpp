@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_SEGMENTERS_REMOTE_CONNECTION_HPP
-#define DYNFILTER_SRC_SEGMENTERS_REMOTE_CONNECTION_HPP
+#pragma once
 
 #include <algorithm>
 #include <chrono>
@@ -98,5 +97,3 @@ class Connection {
 };
 
 }  // namespace dynfilter::detail::remote
-
-#endif  // DYNFILTER_SRC_SEGMENTERS_REMOTE_CONNECTION_HPP

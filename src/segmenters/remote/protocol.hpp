@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_SEGMENTERS_REMOTE_PROTOCOL_HPP
-#define DYNFILTER_SRC_SEGMENTERS_REMOTE_PROTOCOL_HPP
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -73,5 +72,3 @@ Segmentation decode_instances(const std::vector<std::uint8_t>& payload, std::uin
 std::string decode_error(const std::vector<std::uint8_t>& payload);
 
 }  // namespace dynfilter::detail::remote
-
-#endif  // DYNFILTER_SRC_SEGMENTERS_REMOTE_PROTOCOL_HPP

@@ -3,8 +3,7 @@
 
 // Portable code of one pixel, and the helpers that all kernels share.
 
-#ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_BITS_HPP
-#define DYNFILTER_DETAIL_KERNELS_DEPTH_BITS_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -87,5 +86,3 @@ template <class Depth>
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_KERNELS_DEPTH_BITS_HPP

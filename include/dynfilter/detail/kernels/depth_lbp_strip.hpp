@@ -3,8 +3,7 @@
 
 // Input of the kernels for dense D-LBP, and the kernel in plain C++.
 
-#ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_STRIP_HPP
-#define DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_STRIP_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -68,5 +67,3 @@ void depth_lbp_portable(const DepthLbpStrip<Depth>& strip, const DepthLbpRule<De
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_STRIP_HPP
