@@ -4,7 +4,8 @@
 // Not part of the umbrella header: its kernels name instruction sets, which take as long to compile
 // as everything else together.
 
-#pragma once
+#ifndef DYNFILTER_DENSE_DEPTH_LBP_HPP
+#define DYNFILTER_DENSE_DEPTH_LBP_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -53,3 +54,5 @@ inline cv::Mat dense_depth_lbp(const cv::Mat& depth) {
 }
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_DENSE_DEPTH_LBP_HPP

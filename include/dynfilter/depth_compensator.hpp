@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_DEPTH_COMPENSATOR_HPP
+#define DYNFILTER_DEPTH_COMPENSATOR_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -636,3 +637,5 @@ class DepthCompensator {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_DEPTH_COMPENSATOR_HPP

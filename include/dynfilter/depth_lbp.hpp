@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_DEPTH_LBP_HPP
+#define DYNFILTER_DEPTH_LBP_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -64,3 +65,5 @@ class DepthLbp {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_DEPTH_LBP_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_DETECTION_MASK_HPP
+#define DYNFILTER_DETECTION_MASK_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -40,3 +41,5 @@ class DetectionMask {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_DETECTION_MASK_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_DYNAMIC_FILTER_HPP
+#define DYNFILTER_DYNAMIC_FILTER_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -97,3 +98,5 @@ class DynamicFilter : public Pipeline<MaskCuller, Compensator, FeatureFloor> {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_DYNAMIC_FILTER_HPP

@@ -4,7 +4,8 @@
 /// @file
 /// Includes the whole core: everything that needs no file, no network and no thread.
 
-#pragma once
+#ifndef DYNFILTER_DYNFILTER_HPP
+#define DYNFILTER_DYNFILTER_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -37,3 +38,5 @@
 
 /// Keeps the features of moving objects out of visual SLAM.
 namespace dynfilter {}
+
+#endif  // DYNFILTER_DYNFILTER_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_EDGE_COMPENSATOR_HPP
+#define DYNFILTER_EDGE_COMPENSATOR_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -211,3 +212,5 @@ class EdgeCompensator {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_EDGE_COMPENSATOR_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_FEATURE_FLOOR_HPP
+#define DYNFILTER_FEATURE_FLOOR_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -56,3 +57,5 @@ class FeatureFloor {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_FEATURE_FLOOR_HPP

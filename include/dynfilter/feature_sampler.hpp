@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_FEATURE_SAMPLER_HPP
+#define DYNFILTER_FEATURE_SAMPLER_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -80,3 +81,5 @@ class FeatureSampler {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_FEATURE_SAMPLER_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_FEATURES_HPP
+#define DYNFILTER_FEATURES_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -141,3 +142,5 @@ class FeaturesView {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_FEATURES_HPP

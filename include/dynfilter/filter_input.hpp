@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_FILTER_INPUT_HPP
+#define DYNFILTER_FILTER_INPUT_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -66,3 +67,5 @@ inline void validate(const FilterInput& input, const FeatureLabels& labels, cons
 }
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_FILTER_INPUT_HPP

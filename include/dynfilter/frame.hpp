@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_FRAME_HPP
+#define DYNFILTER_FRAME_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -88,3 +89,5 @@ inline void validate(const FrameView& frame, const char* component) {
 }
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_FRAME_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_FRAME_FEATURES_HPP
+#define DYNFILTER_FRAME_FEATURES_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -255,3 +256,5 @@ inline FrameFeatures& frame_features(const FeaturesView& features, Workspace& wo
 }
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_FRAME_FEATURES_HPP

@@ -26,7 +26,8 @@
 ///
 /// examples/other_hosts/ shows where the lines go in each host.
 
-#pragma once
+#ifndef DYNFILTER_HOST_MASKS_HPP
+#define DYNFILTER_HOST_MASKS_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -137,3 +138,5 @@ inline Segmentation refined(const FrameView& frame, const Segmentation& segmenta
 }
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_HOST_MASKS_HPP

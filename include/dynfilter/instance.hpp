@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_INSTANCE_HPP
+#define DYNFILTER_INSTANCE_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -261,3 +262,5 @@ inline std::vector<Instance> instances_from_binary_mask(const cv::Mat& mask, int
 }
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_INSTANCE_HPP

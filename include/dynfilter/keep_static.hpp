@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_KEEP_STATIC_HPP
+#define DYNFILTER_KEEP_STATIC_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -65,3 +66,5 @@ std::size_t keep_static(const FeatureLabels& labels, Columns&... columns) {
 }
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_KEEP_STATIC_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_LABELS_HPP
+#define DYNFILTER_LABELS_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -220,3 +221,5 @@ class FeatureLabels {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_LABELS_HPP

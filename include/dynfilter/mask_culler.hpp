@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_MASK_CULLER_HPP
+#define DYNFILTER_MASK_CULLER_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -161,3 +162,5 @@ class MaskCuller {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_MASK_CULLER_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_OVERLAY_HPP
+#define DYNFILTER_OVERLAY_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -55,3 +56,5 @@ inline cv::Mat draw_features(const cv::Mat& image, FeaturesView features) {
 }
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_OVERLAY_HPP

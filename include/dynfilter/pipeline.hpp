@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_PIPELINE_HPP
+#define DYNFILTER_PIPELINE_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -98,3 +99,5 @@ void Pipeline<Stages...>::run(const FilterInput& input, bool has_segmentation,
 }
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_PIPELINE_HPP

@@ -4,7 +4,8 @@
 // Filter for ORB-SLAM and its forks. C++11 without Eigen, so that it compiles with the forks'
 // own flags.
 
-#pragma once
+#ifndef DYNFILTER_PLUGIN_HPP
+#define DYNFILTER_PLUGIN_HPP
 
 #include <cstddef>
 #include <memory>
@@ -146,3 +147,5 @@ class DYNFILTER_PLUGIN_API Plugin {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_PLUGIN_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_RANGE_ESTIMATOR_HPP
+#define DYNFILTER_RANGE_ESTIMATOR_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -135,3 +136,5 @@ class RangeEstimator {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_RANGE_ESTIMATOR_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_SEGMENTATION_HPP
+#define DYNFILTER_SEGMENTATION_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -113,3 +114,5 @@ inline void validate(const Segmentation& segmentation, const char* component) {
 }
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_SEGMENTATION_HPP

@@ -4,7 +4,8 @@
 // Helpers that call a stage. Pipeline uses them; so does code that wraps a stage, to time it for
 // example.
 
-#pragma once
+#ifndef DYNFILTER_STAGE_HPP
+#define DYNFILTER_STAGE_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -59,3 +60,5 @@ void run_stage(const Stage& stage, const FilterInput& input, FeatureLabels& labe
 }
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_STAGE_HPP

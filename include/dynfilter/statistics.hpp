@@ -3,7 +3,8 @@
 
 // Statistics of one frame. C++11, because hosts that compile as C++11 include this header too.
 
-#pragma once
+#ifndef DYNFILTER_STATISTICS_HPP
+#define DYNFILTER_STATISTICS_HPP
 
 #include <cstddef>
 #include <cstdint>
@@ -144,3 +145,5 @@ struct FrameStatistics {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_STATISTICS_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_STEREO_DEPTHS_HPP
+#define DYNFILTER_STEREO_DEPTHS_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -264,3 +265,5 @@ inline void stereo_areas(const FilterInput& input, const MaskCuller& culler,
 }
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_STEREO_DEPTHS_HPP

@@ -4,7 +4,8 @@
 /// @file
 /// Version of the library, stated only here; CMakeLists.txt reads it.
 
-#pragma once
+#ifndef DYNFILTER_VERSION_HPP
+#define DYNFILTER_VERSION_HPP
 
 /// @{
 /// Part of the version, major.minor.patch.
@@ -15,3 +16,5 @@
 
 /// The whole version as text.
 #define DYNFILTER_VERSION_STRING "0.3.0"
+
+#endif  // DYNFILTER_VERSION_HPP

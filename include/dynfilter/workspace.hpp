@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_WORKSPACE_HPP
+#define DYNFILTER_WORKSPACE_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -55,3 +56,5 @@ class Workspace {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_WORKSPACE_HPP

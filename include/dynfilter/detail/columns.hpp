@@ -4,7 +4,8 @@
 // Steps of keep_static for one column, a std::vector or the rows of a cv::Mat: checks, then moves,
 // then shortening.
 
-#pragma once
+#ifndef DYNFILTER_DETAIL_COLUMNS_HPP
+#define DYNFILTER_DETAIL_COLUMNS_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -112,3 +113,5 @@ inline void shorten(cv::Mat& column, std::size_t kept) {
 }
 
 }  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_COLUMNS_HPP

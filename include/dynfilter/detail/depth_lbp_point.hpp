@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_DETAIL_DEPTH_LBP_POINT_HPP
+#define DYNFILTER_DETAIL_DEPTH_LBP_POINT_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -42,3 +43,5 @@ std::optional<std::uint8_t> depth_lbp_code(const cv::Mat& depth, cv::Point pixel
 }
 
 }  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_DEPTH_LBP_POINT_HPP

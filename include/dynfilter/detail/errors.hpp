@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_DETAIL_ERRORS_HPP
+#define DYNFILTER_DETAIL_ERRORS_HPP
 
 #include <cstdint>
 #include <initializer_list>
@@ -112,3 +113,5 @@ inline bool has_size(const cv::Mat& matrix, const cv::Size& size) {
 }
 
 }  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_ERRORS_HPP

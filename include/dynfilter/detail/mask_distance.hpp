@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_DETAIL_MASK_DISTANCE_HPP
+#define DYNFILTER_DETAIL_MASK_DISTANCE_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -68,3 +69,5 @@ inline bool mask_within(const Instance& instance, cv::Point pixel, double radius
 }
 
 }  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_MASK_DISTANCE_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_DETAIL_MASK_PAINTING_HPP
+#define DYNFILTER_DETAIL_MASK_PAINTING_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -117,3 +118,5 @@ inline void paint_mask_within(const Instance& instance, double radius, std::uint
 }
 
 }  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_MASK_PAINTING_HPP

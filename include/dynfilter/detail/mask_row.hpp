@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_DETAIL_MASK_ROW_HPP
+#define DYNFILTER_DETAIL_MASK_ROW_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -45,3 +46,5 @@ inline const std::uint8_t* find_mask_end(const std::uint8_t* first, const std::u
 }
 
 }  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_MASK_ROW_HPP

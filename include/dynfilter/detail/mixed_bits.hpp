@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_DETAIL_MIXED_BITS_HPP
+#define DYNFILTER_DETAIL_MIXED_BITS_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -20,3 +21,5 @@ inline std::uint64_t mixed_bits(std::uint64_t bits) {
 }
 
 }  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_MIXED_BITS_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_DETAIL_OVERLAY_DRAWING_HPP
+#define DYNFILTER_DETAIL_OVERLAY_DRAWING_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -185,3 +186,5 @@ inline cv::Mat colour_copy(const cv::Mat& image) {
 }
 
 }  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_OVERLAY_DRAWING_HPP

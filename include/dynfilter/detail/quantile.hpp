@@ -3,7 +3,8 @@
 
 // Quantiles of measured values.
 
-#pragma once
+#ifndef DYNFILTER_DETAIL_QUANTILE_HPP
+#define DYNFILTER_DETAIL_QUANTILE_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -25,3 +26,5 @@ Value quantile_of(std::vector<Value>& values, double share = 0.5) {
 }
 
 }  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_QUANTILE_HPP

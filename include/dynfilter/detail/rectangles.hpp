@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_DETAIL_RECTANGLES_HPP
+#define DYNFILTER_DETAIL_RECTANGLES_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -78,3 +79,5 @@ inline cv::Point wrapping_difference(cv::Point a, cv::Point b) {
 }
 
 }  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_RECTANGLES_HPP

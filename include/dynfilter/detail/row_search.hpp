@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_DETAIL_ROW_SEARCH_HPP
+#define DYNFILTER_DETAIL_ROW_SEARCH_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -165,3 +166,5 @@ class RowSearch {
 };
 
 }  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_ROW_SEARCH_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_EVALUATION_ASSOCIATION_HPP
+#define DYNFILTER_EVALUATION_ASSOCIATION_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -81,3 +82,5 @@ inline std::vector<std::pair<std::size_t, std::size_t>> associate(
 }
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_EVALUATION_ASSOCIATION_HPP

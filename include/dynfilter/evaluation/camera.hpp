@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_EVALUATION_CAMERA_HPP
+#define DYNFILTER_EVALUATION_CAMERA_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -51,3 +52,5 @@ CameraParameters read_camera(const std::filesystem::path& path);
 std::string camera_file_text(const CameraParameters& camera);
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_EVALUATION_CAMERA_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_EVALUATION_FEATURE_SCORES_HPP
+#define DYNFILTER_EVALUATION_FEATURE_SCORES_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -80,3 +81,5 @@ inline FeatureScores score_features(FeaturesView features, const FeatureLabels& 
 }
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_EVALUATION_FEATURE_SCORES_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_EVALUATION_RGBD_SEQUENCE_HPP
+#define DYNFILTER_EVALUATION_RGBD_SEQUENCE_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -114,3 +115,5 @@ class RgbdSequence {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_EVALUATION_RGBD_SEQUENCE_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_EVALUATION_RGBD_SEQUENCE_WRITER_HPP
+#define DYNFILTER_EVALUATION_RGBD_SEQUENCE_WRITER_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -92,3 +93,5 @@ class RgbdSequenceWriter {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_EVALUATION_RGBD_SEQUENCE_WRITER_HPP

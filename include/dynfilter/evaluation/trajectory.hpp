@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_EVALUATION_TRAJECTORY_HPP
+#define DYNFILTER_EVALUATION_TRAJECTORY_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -93,3 +94,5 @@ inline void write_trajectory(const std::filesystem::path& path, const Trajectory
 }
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_EVALUATION_TRAJECTORY_HPP

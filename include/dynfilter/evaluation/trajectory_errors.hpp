@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_EVALUATION_TRAJECTORY_ERRORS_HPP
+#define DYNFILTER_EVALUATION_TRAJECTORY_ERRORS_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -268,3 +269,5 @@ inline double improvement_percent(double baseline_rmse, double rmse) {
 }
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_EVALUATION_TRAJECTORY_ERRORS_HPP

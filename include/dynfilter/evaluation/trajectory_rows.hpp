@@ -4,7 +4,8 @@
 // Rows of trajectory files and their flaws. This part is compiled, so it avoids Eigen: library and
 // host may compile Eigen with different flags.
 
-#pragma once
+#ifndef DYNFILTER_EVALUATION_TRAJECTORY_ROWS_HPP
+#define DYNFILTER_EVALUATION_TRAJECTORY_ROWS_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -71,3 +72,5 @@ void write_trajectory_rows(const std::filesystem::path& path, const std::vector<
 
 }  // namespace detail
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_EVALUATION_TRAJECTORY_ROWS_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_MOTION_MOTION_FILTER_HPP
+#define DYNFILTER_MOTION_MOTION_FILTER_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -67,3 +68,5 @@ class MotionFilter {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_MOTION_MOTION_FILTER_HPP

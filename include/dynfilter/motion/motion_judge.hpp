@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_MOTION_MOTION_JUDGE_HPP
+#define DYNFILTER_MOTION_MOTION_JUDGE_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -107,3 +108,5 @@ class MotionJudge {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_MOTION_MOTION_JUDGE_HPP

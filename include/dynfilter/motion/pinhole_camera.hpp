@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_MOTION_PINHOLE_CAMERA_HPP
+#define DYNFILTER_MOTION_PINHOLE_CAMERA_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -50,3 +51,5 @@ struct PinholeCamera {
 void validate(const PinholeCamera& camera, const char* component);
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_MOTION_PINHOLE_CAMERA_HPP

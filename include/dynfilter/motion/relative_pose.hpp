@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_MOTION_RELATIVE_POSE_HPP
+#define DYNFILTER_MOTION_RELATIVE_POSE_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -115,3 +116,5 @@ class RelativePoseEstimator {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_MOTION_RELATIVE_POSE_HPP

@@ -19,7 +19,8 @@
 /// 1; without them: 0 to 1 (C = 1), -1 to 1 (C = 2), or as for ImageNet. Sources: G. Jocher et al.,
 /// Ultralytics; D. Bolya et al., "YOLACT", ICCV 2019.
 
-#pragma once
+#ifndef DYNFILTER_NETWORKS_NETWORK_SEGMENTER_HPP
+#define DYNFILTER_NETWORKS_NETWORK_SEGMENTER_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -95,3 +96,5 @@ class NetworkSegmenter final : public Segmenter {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_NETWORKS_NETWORK_SEGMENTER_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_SEGMENTERS_ASYNC_SEGMENTER_HPP
+#define DYNFILTER_SEGMENTERS_ASYNC_SEGMENTER_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -107,3 +108,5 @@ class AsyncSegmenter {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_SEGMENTERS_ASYNC_SEGMENTER_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_SEGMENTERS_DEPTH_OFFSET_ESTIMATOR_HPP
+#define DYNFILTER_SEGMENTERS_DEPTH_OFFSET_ESTIMATOR_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -105,3 +106,5 @@ class DepthOffsetEstimator {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_SEGMENTERS_DEPTH_OFFSET_ESTIMATOR_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_SEGMENTERS_INPUT_CHECKS_HPP
+#define DYNFILTER_SEGMENTERS_INPUT_CHECKS_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -127,3 +128,5 @@ class InputChecks {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_SEGMENTERS_INPUT_CHECKS_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_SEGMENTERS_MASK_FOLDER_SEGMENTER_HPP
+#define DYNFILTER_SEGMENTERS_MASK_FOLDER_SEGMENTER_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -94,3 +95,5 @@ class MaskFolderSegmenter final : public Segmenter {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_SEGMENTERS_MASK_FOLDER_SEGMENTER_HPP

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_SEGMENTERS_MASK_FOLDER_WRITER_HPP
+#define DYNFILTER_SEGMENTERS_MASK_FOLDER_WRITER_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -95,3 +96,5 @@ class MaskFolderWriter {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_SEGMENTERS_MASK_FOLDER_WRITER_HPP

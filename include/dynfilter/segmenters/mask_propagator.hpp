@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#pragma once
+#ifndef DYNFILTER_SEGMENTERS_MASK_PROPAGATOR_HPP
+#define DYNFILTER_SEGMENTERS_MASK_PROPAGATOR_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -59,3 +60,5 @@ class MaskPropagator {
 };
 
 }  // namespace dynfilter
+
+#endif  // DYNFILTER_SEGMENTERS_MASK_PROPAGATOR_HPP

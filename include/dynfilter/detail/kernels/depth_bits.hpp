@@ -3,7 +3,8 @@
 
 // Portable code of one pixel, and the helpers that all kernels share.
 
-#pragma once
+#ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_BITS_HPP
+#define DYNFILTER_DETAIL_KERNELS_DEPTH_BITS_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -86,3 +87,5 @@ template <class Depth>
 }
 
 }  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_KERNELS_DEPTH_BITS_HPP

@@ -5,7 +5,8 @@
 // packed to one byte per pixel before each gives its bit of the code. Intrinsics, because compilers
 // make the plain C++ version 1.1 to 150 times slower.
 
-#pragma once
+#ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_AVX2_HPP
+#define DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_AVX2_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -145,3 +146,5 @@ template <class Depth>
 }  // namespace dynfilter::detail
 
 #endif  // DYNFILTER_HAS_X86_KERNELS
+
+#endif  // DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_AVX2_HPP

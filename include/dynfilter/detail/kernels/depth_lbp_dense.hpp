@@ -4,7 +4,8 @@
 // Dense D-LBP with the best instruction set of the processor that runs the program, whatever it was
 // compiled for.
 
-#pragma once
+#ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_DENSE_HPP
+#define DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_DENSE_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -70,3 +71,5 @@ void dense_depth_lbp(const cv::Mat& depth, const cv::Rect& region, const DepthLb
 }
 
 }  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_DENSE_HPP

@@ -4,7 +4,8 @@
 // Dense D-LBP with SSE2, which every x86-64 processor has, 16 pixels at a time. Works like
 // depth_lbp_avx2.hpp in registers of half the width.
 
-#pragma once
+#ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_SSE2_HPP
+#define DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_SSE2_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -130,3 +131,5 @@ void depth_lbp_sse2(const DepthLbpStrip<Depth>& strip, const DepthLbpRule<Depth>
 }  // namespace dynfilter::detail
 
 #endif  // DYNFILTER_HAS_X86_KERNELS
+
+#endif  // DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_SSE2_HPP

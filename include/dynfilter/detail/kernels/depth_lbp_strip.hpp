@@ -3,7 +3,8 @@
 
 // Input of the kernels for dense D-LBP, and the kernel in plain C++.
 
-#pragma once
+#ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_STRIP_HPP
+#define DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_STRIP_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -67,3 +68,5 @@ void depth_lbp_portable(const DepthLbpStrip<Depth>& strip, const DepthLbpRule<De
 }
 
 }  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_STRIP_HPP

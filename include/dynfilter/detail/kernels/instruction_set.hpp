@@ -3,7 +3,8 @@
 
 // Instruction sets of the processor beyond those that the compiler was allowed to use.
 
-#pragma once
+#ifndef DYNFILTER_DETAIL_KERNELS_INSTRUCTION_SET_HPP
+#define DYNFILTER_DETAIL_KERNELS_INSTRUCTION_SET_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -64,3 +65,5 @@ inline const char* best_instruction_set_name() {
 }
 
 }  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_KERNELS_INSTRUCTION_SET_HPP
