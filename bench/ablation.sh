@@ -50,7 +50,7 @@ case "$name" in
     chosen[--every]=10
     unset 'chosen[--frames]' 'chosen[--rules]'
     marks='feature tables'
-    tables='^all: dynamic left'
+    tables='^all: dynamic left / static removed a frame'
     ;;
   late)
     chosen[--levels]=late_10hz,late_5hz
@@ -63,7 +63,7 @@ case "$name" in
     chosen[--truth]=motion
     chosen[--rules]=none,mask,paper,depth,masks_motion,depth_motion,perfect
     marks='recordings tables'
-    tables='^all: (dynamic|RMSE)'
+    tables='^all: (dynamic left / static removed a frame|RMSE)'
     ;;
   motion)
     chosen[--levels]=sitting,working,stop_and_go,pushed,carried,still_camera,rotation,fast,crowd
@@ -72,7 +72,7 @@ case "$name" in
     chosen[--truth]=motion
     chosen[--rules]=none,mask,depth,motion,masks_motion,depth_motion,perfect
     marks='motion tables'
-    tables='^all: (dynamic left|ATE over that of rule mask)'
+    tables='^all: (dynamic left / static removed a frame|ATE over that of rule mask)'
     ;;
 esac
 readme=no
