@@ -80,8 +80,8 @@ what is.
     filter = dynfilter.MotionFilter(camera)  # one for each camera
     labels = filter.apply(frame, masks, points)  # every frame, in order
 
-It remembers earlier frames. Frames need an image, a time that grows, and depth. Threads that use one filter wait for
-each other.)");
+It remembers earlier frames. Frames need an image, a time that grows, and depth. Threads that use
+one filter wait for each other.)");
   add_filter_members<LockedFilter, const PinholeCamera&>(filter, py::arg("camera"));
   filter.def("reset", &LockedFilter::reset, "Forgets everything, like a new filter.");
 }

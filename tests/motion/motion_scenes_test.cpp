@@ -218,7 +218,7 @@ TEST(MotionCrowd, DoesNotLeadTheCamerasMotionAstray) {
     const cv::Vec3d truth = exact_prior(scene, frame).pose.translation;
     astray += cv::norm(over.pose.translation - truth) > 0.001 ? 1 : 0;
   }
-  EXPECT_LE(astray, 1);
+  EXPECT_LE(astray, 1);  // in one frame of nine, the few that are left agree on too little
 }
 
 }  // namespace
