@@ -213,6 +213,9 @@ TEST(MotionCrowd, DoesNotLeadTheCamerasMotionAstray) {
                  workspace);
     EXPECT_TRUE(labels.statistics().was_cautious()) << frame;
     EXPECT_LT(labels.statistics().kept(), shot.keypoints.size() / 2) << frame;
+    for (std::size_t i = 0; i < labels.size(); ++i) {  // the fringe stays
+      EXPECT_FALSE(labels[i].reason == Reason::moving && labels[i].instance >= 0) << frame;
+    }
     if (frame == 60) continue;
     const auto& over = workspace.get<detail::MotionScratch>().over[detail::short_baseline];
     const cv::Vec3d truth = exact_prior(scene, frame).pose.translation;
