@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <initializer_list>
 #include <utility>
 
 #include "dynfilter/detail/number_text.hpp"
@@ -103,10 +104,6 @@ Figure worst(std::size_t FeatureScores::*count) {
   };
 }
 
-std::optional<double> kept_per_frame(const RunRecord& run) {
-  return static_cast<double>(run.totals().kept()) / static_cast<double>(run.frames.size());
-}
-
 std::optional<double> fewest_kept(const RunRecord& run) {
   return static_cast<double>(run.fewest_kept());
 }
@@ -163,14 +160,16 @@ struct Column {
   int decimals;
 };
 
-/// Makes an overview of the medians of two figures.
-Table pairs(const std::vector<Group>& groups, const std::string& title, const Column& first,
-            const Column& second) {
-  return overview(groups, title, [&](const Runs& runs, const Group&) {
-    const std::string one = median_text(values_of(runs, first.figure), first.decimals);
-    const std::string other = median_text(values_of(runs, second.figure), second.decimals);
-    return one == "-" && other == "-" ? one : one + " / " + other;
-  });
+/// Formats the medians of the figures, a slash between two; a dash if no run has any of them.
+std::string medians(const Runs& runs, std::initializer_list<Column> columns) {
+  std::string text;
+  bool has_value = false;
+  for (const Column& column : columns) {
+    const std::vector<double> values = values_of(runs, column.figure);
+    has_value = has_value || !values.empty();
+    text += (text.empty() ? "" : "/") + median_text(values, column.decimals);
+  }
+  return has_value ? text : "-";
 }
 
 Table paper_table(const std::vector<Group>& groups) {
@@ -219,20 +218,26 @@ std::string ablation_tables(const std::vector<RunRecord>& runs, Truth truth) {
     if (truth == Truth::by_motion) table.title += ", truth by motion";
     text += text_of(table) + '\n';
   };
-  const std::string medians = ", medians over scenes";
-  add(pairs(groups, "all: dynamic left / static removed a frame" + medians,
-            {per_frame(&FeatureScores::dynamic_left), 1},
-            {per_frame(&FeatureScores::static_removed), 1}));
-  add(pairs(groups, "all: dynamic left / static removed in a worst frame of a hundred" + medians,
-            {worst(&FeatureScores::dynamic_left), 0}, {worst(&FeatureScores::static_removed), 0}));
-  add(pairs(groups, "all: features kept a frame / at the fewest" + medians, {kept_per_frame, 0},
-            {fewest_kept, 0}));
-  add(pairs(groups, "all: RMSE of the ATE in m / frames tracked in %" + medians, {ate_m, 4},
-            {tracked_percent, 0}));
-  add(overview(groups, "all: ATE over that of rule mask" + medians, ate_over_masks));
-  add(pairs(groups, "all: RPE over 1 s, RMSE in m / deg" + medians,
-            {rmse(&TrajectoryRecord::rpe_translation_m), 4},
-            {rmse(&TrajectoryRecord::rpe_rotation_deg), 3}));
+  const auto add_overview = [&](const std::string& title, const auto& cell) {
+    add(overview(groups, "all: " + title + ", medians over scenes", cell));
+  };
+  const auto left = &FeatureScores::dynamic_left;
+  const auto removed = &FeatureScores::static_removed;
+  add_overview("dynamic left/static removed a frame (in a worst frame of a hundred)",
+               [&](const Runs& runs, const Group&) {
+                 const auto mean = medians(runs, {{per_frame(left), 1}, {per_frame(removed), 1}});
+                 const auto worst_frame = medians(runs, {{worst(left), 0}, {worst(removed), 0}});
+                 return mean == "-" ? mean : mean + " (" + worst_frame + ")";
+               });
+  add_overview("RMSE of the ATE in m/frames tracked in %/features kept at the fewest",
+               [](const Runs& runs, const Group&) {
+                 return medians(runs, {{ate_m, 4}, {tracked_percent, 0}, {fewest_kept, 0}});
+               });
+  add_overview("ATE over that of rule mask", ate_over_masks);
+  add_overview("RPE over 1 s, RMSE in m/deg", [](const Runs& runs, const Group&) {
+    return medians(runs, {{rmse(&TrajectoryRecord::rpe_translation_m), 4},
+                          {rmse(&TrajectoryRecord::rpe_rotation_deg), 3}});
+  });
   add(paper_table(groups));
   return text;
 }

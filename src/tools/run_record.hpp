@@ -128,7 +128,7 @@ struct RunRecord {
 };
 
 /// Returns the tables of all runs, an empty line after each: a row a rule and a column a group, for
-/// features left, removed and kept and for the odometry's errors; then masks alone (Y) and the
+/// features left, removed and kept and the odometry's errors; then masks alone (Y) and the
 /// paper's rule (Y+D) in the form of the paper's Table 4. Leaves out tables without a figure.
 /// Titles say so if the truth is by motion.
 std::string ablation_tables(const std::vector<RunRecord>& runs, Truth truth);
