@@ -60,16 +60,13 @@ Outcome infer(Segmenter& segmenter, const FrameView& frame) {
   return outcome;
 }
 
-enum class Progress : std::uint8_t { waiting, running, segmented, failed, replaced };
+enum class Progress : std::uint8_t { waiting, running, segmented, failed, given_up };
 
-/// A submitted frame that is not forgotten yet.
 struct SubmittedFrame {
-  SubmittedFrame(std::uint64_t number_, FrameView view_)
-      : id(view_.id), number(number_), view(std::move(view_)) {}
+  explicit SubmittedFrame(FrameView view_) : id(view_.id), view(std::move(view_)) {}
 
   std::uint64_t id;
-  std::uint64_t number;  // counts submissions: unique, and grows
-  FrameView view;        // while it waits
+  FrameView view;  // while it waits
   Progress progress = Progress::waiting;
   Segmentation masks;          // once it is segmented
   std::exception_ptr failure;  // once it failed, until it is thrown
@@ -95,39 +92,40 @@ class AsyncSegmenter::Worker {
     const std::lock_guard lock(mutex_);
     const bool none_is_lost = options_.hand_over == HandOver::wait;
     if (none_is_lost) require_room(frame.id);
-    frames_.emplace_back(next_number_, std::move(own));
+    frames_.push_back(std::make_shared<SubmittedFrame>(std::move(own)));
     last_timestamp_s_ = frame.timestamp_s;
     ++statistics_.submitted;
     ++statistics_.pending;
     if (!none_is_lost) {
-      replace_waiting_before(next_number_);
+      give_up_waiting(std::prev(frames_.end()));
       drop_uncollected();
     }
-    ++next_number_;
     submitted_.notify_one();
   }
 
   std::optional<Segmentation> collect(std::uint64_t id) {
     Lock lock(mutex_);
     if (options_.hand_over == HandOver::latest) return newest();
-    const std::uint64_t number = number_of(id);
-    replace_waiting_before(number);
-    wait_for(number, lock);
-    const std::exception_ptr failure = first_failure_up_to(number);
-    forget_settled_before(number);
-    SubmittedFrame* frame = find(number);
-    if (frame) frame->collected = frame->is_settled();
+    Frames::iterator place = last_submission(id);
+    const std::shared_ptr<SubmittedFrame> frame = *place;
+    give_up_waiting(place);
+    wait_for(*frame, lock);
+    place = std::find(frames_.begin(), frames_.end(), frame);
+    if (place == frames_.end()) return {};  // forgotten meanwhile
+    const std::exception_ptr failure = take_failure(std::next(place));
+    frame->collected = frame->is_settled();
+    forget_settled(place);
     if (failure) std::rethrow_exception(failure);
-    if (!frame || frame->progress != Progress::segmented) return {};
+    if (frame->progress != Progress::segmented) return {};
     return frame->masks;
   }
 
   void reset() {
     const std::lock_guard lock(mutex_);
-    replace_waiting_before(next_number_);
+    give_up_waiting(frames_.end());
+    for (const auto& frame : frames_) frame->progress = Progress::given_up;  // one may run
     frames_.clear();
     newest_.reset();
-    settled_.notify_all();  // collect has nothing left to wait for
   }
 
   const detail::HomeProcess home;
@@ -138,7 +136,7 @@ class AsyncSegmenter::Worker {
   }
 
  private:
-  using Frames = std::vector<SubmittedFrame>;
+  using Frames = std::vector<std::shared_ptr<SubmittedFrame>>;
   using Lock = std::unique_lock<std::mutex>;
 
   void stop() {
@@ -154,24 +152,29 @@ class AsyncSegmenter::Worker {
   void work() {
     Lock lock(mutex_);
     while (true) {
-      submitted_.wait(lock, [&] { return stop_ || first_waiting() != frames_.end(); });
+      Frames::iterator next;
+      submitted_.wait(lock, [&] {
+        next = std::find_if(frames_.begin(), frames_.end(),
+                            [](const auto& frame) { return frame->progress == Progress::waiting; });
+        return stop_ || next != frames_.end();
+      });
       if (stop_) return;
-      SubmittedFrame& frame = *first_waiting();
-      frame.progress = Progress::running;
-      const std::uint64_t number = frame.number;
-      FrameView view = std::exchange(frame.view, {});
+      const std::shared_ptr<SubmittedFrame> frame = *next;
+      frame->progress = Progress::running;
+      const FrameView view = std::exchange(frame->view, {});
 
       lock.unlock();
       Outcome outcome = infer(*segmenter_, view);
       thread_.note_job();
       lock.lock();
 
-      settle(number, std::move(outcome));
+      settle(*frame, std::move(outcome));
       settled_.notify_all();
     }
   }
 
-  void settle(std::uint64_t number, Outcome outcome) {
+  // The mutex is held, here and below.
+  void settle(SubmittedFrame& frame, Outcome outcome) {
     --statistics_.pending;
     if (outcome.failure) {
       ++statistics_.failed;
@@ -179,26 +182,21 @@ class AsyncSegmenter::Worker {
       ++statistics_.segmented;
       statistics_.last_inference_s = outcome.seconds;
       statistics_.total_inference_s += outcome.seconds;
-      statistics_.longest_inference_s = std::max(statistics_.longest_inference_s, outcome.seconds);
     }
-    SubmittedFrame* frame = find(number);
-    if (!frame) return;  // reset() was called meanwhile
+    if (frame.progress == Progress::given_up) return;  // reset() was called meanwhile
     if (outcome.failure) {
-      frame->progress = Progress::failed;
-      if (!frame->failure)
-        frame->failure = std::move(outcome.failure);  // an earlier one is thrown first
+      frame.progress = Progress::failed;
+      if (!frame.failure) frame.failure = outcome.failure;  // an earlier one is thrown first
       return;
     }
-    frame->progress = Progress::segmented;
-    (options_.hand_over == HandOver::latest ? newest_.emplace() : frame->masks) =
+    frame.progress = Progress::segmented;
+    (options_.hand_over == HandOver::latest ? newest_.emplace() : frame.masks) =
         std::move(outcome.masks);
   }
 
-  // Functions of submit. The mutex is held, here and below.
   void require_room(std::uint64_t id) const {
-    const auto uncollected =
-        std::count_if(frames_.begin(), frames_.end(),
-                      [](const SubmittedFrame& frame) { return !frame.collected; });
+    const auto uncollected = std::count_if(frames_.begin(), frames_.end(),
+                                           [](const auto& frame) { return !frame->collected; });
     if (static_cast<std::size_t>(uncollected) < max_uncollected) return;
     detail::throw_misuse(
         "AsyncSegmenter::submit",
@@ -206,32 +204,31 @@ class AsyncSegmenter::Worker {
         "a collect for every submitted frame (HandOver::wait loses none)");
   }
 
-  void replace_waiting_before(std::uint64_t number) {
-    for (SubmittedFrame& frame : frames_) {
-      if (frame.number >= number || frame.progress != Progress::waiting) continue;
-      frame.progress = Progress::replaced;
-      frame.view = {};
+  /// Gives up the waiting frames before `end`.
+  void give_up_waiting(Frames::iterator end) {
+    std::for_each(frames_.begin(), end, [&](const auto& frame) {
+      if (frame->progress != Progress::waiting) return;
+      frame->progress = Progress::given_up;
+      frame->view = {};
       ++statistics_.replaced;
       --statistics_.pending;
-      settled_.notify_all();  // another thread may wait for it
-    }
+    });
+    settled_.notify_all();  // another thread may wait for one
   }
 
   void drop_uncollected() {
     while (frames_.size() > max_uncollected) {
       const auto oldest = std::find_if(frames_.begin(), frames_.end(),
-                                       [](const auto& frame) { return frame.is_settled(); });
+                                       [](const auto& frame) { return frame->is_settled(); });
       // One runs and one waits: all others are settled. Their errors must still be thrown.
-      SubmittedFrame& next = *std::next(oldest);
-      if (oldest->failure) next.failure = std::move(oldest->failure);
+      if ((*oldest)->failure) (*std::next(oldest))->failure = (*oldest)->failure;
       frames_.erase(oldest);
     }
   }
 
-  // Functions of collect.
   std::optional<Segmentation> newest() {
-    const std::exception_ptr failure = first_failure_up_to(next_number_);
-    forget_settled_before(next_number_);
+    const std::exception_ptr failure = take_failure(frames_.end());
+    forget_settled(frames_.end());
     if (failure) std::rethrow_exception(failure);
     if (newest_ && std::abs(last_timestamp_s_ - newest_->timestamp_s) > options_.max_age_s) {
       return {};
@@ -239,59 +236,41 @@ class AsyncSegmenter::Worker {
     return newest_;
   }
 
-  std::uint64_t number_of(std::uint64_t id) const {
+  Frames::iterator last_submission(std::uint64_t id) {
     const auto frame = std::find_if(frames_.rbegin(), frames_.rend(),
-                                    [&](const SubmittedFrame& other) { return other.id == id; });
-    if (frame == frames_.rend()) {
-      detail::throw_misuse("AsyncSegmenter::collect",
-                           detail::concatenate("frame ", id,
-                                               ", which was not submitted, or was given up when a "
-                                               "later one was collected"),
-                           "a frame that was submitted, in the order of submission");
-    }
-    return frame->number;
+                                    [&](const auto& other) { return other->id == id; });
+    if (frame != frames_.rend()) return std::prev(frame.base());
+    detail::throw_misuse(
+        "AsyncSegmenter::collect",
+        detail::concatenate("frame ", id,
+                            ", which was not submitted, or was given up when a later one was "
+                            "collected"),
+        "a frame that was submitted, in the order of submission");
   }
 
-  void wait_for(std::uint64_t number, Lock& lock) {
-    const auto is_settled = [&] {
-      const SubmittedFrame* frame = find(number);
-      return stop_ || !frame || frame->is_settled();
-    };
-    if (options_.hand_over == HandOver::wait) settled_.wait(lock, is_settled);
+  void wait_for(const SubmittedFrame& frame, Lock& lock) {
+    const auto is_over = [&] { return stop_ || frame.is_settled(); };
+    if (options_.hand_over == HandOver::wait) settled_.wait(lock, is_over);
     if (options_.hand_over == HandOver::limited_wait) {
-      settled_.wait_for(lock, std::chrono::duration<double>(options_.max_wait_s), is_settled);
+      settled_.wait_for(lock, std::chrono::duration<double>(options_.max_wait_s), is_over);
     }
   }
 
-  /// Returns the first failure and drops the later ones, which show in the statistics only.
-  std::exception_ptr first_failure_up_to(std::uint64_t number) {
+  /// Returns the first failure before `end`, and drops the later ones, which show in the statistics
+  /// only.
+  std::exception_ptr take_failure(Frames::iterator end) {
     std::exception_ptr first;
-    for (SubmittedFrame& frame : frames_) {
-      if (frame.number > number) break;
-      const std::exception_ptr failure = std::exchange(frame.failure, nullptr);
+    std::for_each(frames_.begin(), end, [&](const auto& frame) {
+      const std::exception_ptr failure = std::exchange(frame->failure, nullptr);
       if (!first) first = failure;
-    }
+    });
     return first;
   }
 
-  void forget_settled_before(std::uint64_t number) {
-    const auto is_obsolete = [&](const SubmittedFrame& frame) {
-      return frame.number < number && frame.is_settled();
-    };
-    frames_.erase(std::remove_if(frames_.begin(), frames_.end(), is_obsolete), frames_.end());
-  }
-
-  /// Returns the frame; null if it was forgotten.
-  SubmittedFrame* find(std::uint64_t number) {
-    const auto frame = std::find_if(frames_.begin(), frames_.end(),
-                                    [&](const auto& other) { return other.number == number; });
-    return frame == frames_.end() ? nullptr : &*frame;
-  }
-
-  Frames::iterator first_waiting() {
-    return std::find_if(frames_.begin(), frames_.end(), [](const SubmittedFrame& frame) {
-      return frame.progress == Progress::waiting;
-    });
+  /// Forgets the settled frames before `end`.
+  void forget_settled(Frames::iterator end) {
+    const auto is_settled = [](const auto& frame) { return frame->is_settled(); };
+    frames_.erase(std::remove_if(frames_.begin(), end, is_settled), end);
   }
 
   const std::unique_ptr<Segmenter> segmenter_;  // used by the thread only
@@ -300,8 +279,7 @@ class AsyncSegmenter::Worker {
   mutable std::mutex mutex_;  // guards all members below
   std::condition_variable submitted_;
   std::condition_variable settled_;
-  Frames frames_;  // in the order of their numbers; few
-  std::uint64_t next_number_ = 0;
+  Frames frames_;                       // in the order of submission; few
   double last_timestamp_s_ = 0;         // of the frame submitted last
   std::optional<Segmentation> newest_;  // HandOver::latest
   AsyncSegmenterStatistics statistics_;
@@ -324,24 +302,16 @@ AsyncSegmenter& AsyncSegmenter::operator=(AsyncSegmenter&& other) noexcept {
 }
 AsyncSegmenter::~AsyncSegmenter() { detail::destroy_at_home(worker_); }
 
-void AsyncSegmenter::submit(const FrameView& frame) {
+AsyncSegmenter::Worker& AsyncSegmenter::worker() const {
   worker_->home.require_here("AsyncSegmenter");
-  worker_->submit(frame);
+  return *worker_;
 }
 
+void AsyncSegmenter::submit(const FrameView& frame) { worker().submit(frame); }
 std::optional<Segmentation> AsyncSegmenter::collect(std::uint64_t frame_id) {
-  worker_->home.require_here("AsyncSegmenter");
-  return worker_->collect(frame_id);
+  return worker().collect(frame_id);
 }
-
-void AsyncSegmenter::reset() {
-  worker_->home.require_here("AsyncSegmenter");
-  worker_->reset();
-}
-
-AsyncSegmenterStatistics AsyncSegmenter::statistics() const {
-  worker_->home.require_here("AsyncSegmenter");
-  return worker_->statistics();
-}
+void AsyncSegmenter::reset() { worker().reset(); }
+AsyncSegmenterStatistics AsyncSegmenter::statistics() const { return worker().statistics(); }
 
 }  // namespace dynfilter

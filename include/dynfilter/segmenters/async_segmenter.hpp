@@ -41,10 +41,9 @@ struct AsyncSegmenterStatistics {
   std::uint64_t failed = 0;     ///< frames for which the network threw
   /// Frames that the network never saw, because of a newer frame or reset().
   std::uint64_t replaced = 0;
-  std::uint64_t pending = 0;         ///< frames that wait for the network, or are in it, now
-  double last_inference_s = 0.0;     ///< duration of the last successful inference
-  double longest_inference_s = 0.0;  ///< duration of the longest successful inference
-  double total_inference_s = 0.0;    ///< total duration of the successful inferences
+  std::uint64_t pending = 0;       ///< frames that wait for the network, or are in it, now
+  double last_inference_s = 0.0;   ///< duration of the last successful inference
+  double total_inference_s = 0.0;  ///< total duration of the successful inferences
 
   /// Mean duration of a successful inference, seconds; 0 before the first.
   double mean_inference_s() const {
@@ -104,6 +103,8 @@ class AsyncSegmenter {
 
  private:
   class Worker;
+  Worker& worker() const;
+
   std::unique_ptr<Worker> worker_;
 };
 
