@@ -12,8 +12,8 @@
 #include "dynfilter/segmenter.hpp"
 
 namespace dynfilter {
-namespace detail {
-class RemoteChannel;
+namespace detail::remote {
+class Channel;
 }
 
 /// Options of RemoteSegmenter.
@@ -54,7 +54,7 @@ class RemoteSegmenter final : public Segmenter {
  private:
   Segmentation do_segment(const FrameView& frame) override;
 
-  std::unique_ptr<detail::RemoteChannel> channel_;
+  std::unique_ptr<detail::remote::Channel> channel_;
 };
 
 }  // namespace dynfilter

@@ -3,10 +3,12 @@
 
 #include "protocol.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <utility>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/rectangles.hpp"
 
 #if __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
 #error "RemoteSegmenter is for little-endian processors: leave it out in src/segmenters"
@@ -50,33 +52,28 @@ void append(std::vector<std::uint8_t>& bytes, const Struct& values) {
   bytes.insert(bytes.end(), begin, begin + sizeof values);
 }
 
-bool is_inside(const Rectangle& mask, cv::Size image) {
-  return mask.x >= 0 && mask.y >= 0 && mask.width > 0 && mask.height > 0 &&
-         mask.width <= image.width && mask.height <= image.height &&
-         mask.x <= image.width - mask.width && mask.y <= image.height - mask.height;
-}
+cv::Rect rect_of(const Rectangle& r) { return {r.x, r.y, r.width, r.height}; }
 
 bool is_reasonable(const Rectangle& box) {
-  const auto in_range = [](int value, int min_value) {
-    return value >= min_value && value <= max_box_coordinate_px;
-  };
-  return in_range(box.x, -max_box_coordinate_px) && in_range(box.y, -max_box_coordinate_px) &&
-         in_range(box.width, 0) && in_range(box.height, 0);
+  return std::min(box.x, box.y) >= -max_box_coordinate_px && std::min(box.width, box.height) >= 0 &&
+         std::max({box.x, box.y, box.width, box.height}) <= max_box_coordinate_px;
 }
 
 void require_valid(const InstanceRow& row, std::uint32_t index, cv::Size image) {
-  const Rectangle &box = row.box, &mask = row.mask;
-  const bool has_mask = mask.x != 0 || mask.y != 0 || mask.width != 0 || mask.height != 0;
+  const auto text_of = [](const Rectangle& r) {
+    return concatenate(r.width, 'x', r.height, " at ", r.x, ',', r.y);
+  };
   if (!(row.score >= 0 && row.score <= 1)) {
     refuse("score ", row.score, " in instance ", index, "; want 0 to 1");
   }
-  if (!is_reasonable(box)) {
-    refuse("a box of ", box.width, "x", box.height, " at ", box.x, ",", box.y, " in instance ",
-           index, "; want at most ", max_box_coordinate_px);
+  if (!is_reasonable(row.box)) {
+    refuse("a box of ", text_of(row.box), " in instance ", index, "; want at most ",
+           max_box_coordinate_px);
   }
-  if (has_mask && !is_inside(mask, image)) {
-    refuse("a mask of ", mask.width, "x", mask.height, " at ", mask.x, ",", mask.y, " in instance ",
-           index, "; want it inside the image of ", size_name(image));
+  const cv::Rect mask = rect_of(row.mask);
+  if (mask != cv::Rect() && clip(mask, image) != mask) {
+    refuse("a mask of ", text_of(row.mask), " in instance ", index,
+           "; want it inside the image of ", size_name(image));
   }
   if (row.has_track_id > 1 || (row.has_track_id == 0 && row.track_id != 0)) {
     refuse("has_track_id = ", row.has_track_id, " and track_id = ", row.track_id, " in instance ",
@@ -173,10 +170,10 @@ Segmentation decode_instances(const std::vector<std::uint8_t>& payload, std::uin
     Instance instance;
     instance.class_id = row.class_id;
     instance.score = row.score;
-    instance.box = {row.box.x, row.box.y, row.box.width, row.box.height};
+    instance.box = rect_of(row.box);
     if (row.has_track_id == 1) instance.track_id = row.track_id;
     if (area(row.mask) > 0) {
-      instance.mask_origin = {row.mask.x, row.mask.y};
+      instance.mask_origin = rect_of(row.mask).tl();
       instance.mask.create(row.mask.height, row.mask.width, CV_8UC1);
       std::memcpy(instance.mask.data, next, area(row.mask));
       next += area(row.mask);
