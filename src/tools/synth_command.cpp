@@ -10,11 +10,14 @@
 #include <optional>
 #include <string>
 
+#include <nlohmann/json.hpp>
+
 #include "commands.hpp"
 #include "dynfilter/detail/number_text.hpp"
-#include "dynfilter/evaluation/rgbd_sequence_writer.hpp"
+#include "dynfilter/evaluation/trajectory_rows.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 #include "frame_source.hpp"
+#include "io/file_writing.hpp"
 #include "io/image_file.hpp"
 #include "io/staged_folder.hpp"
 #include "lab/scenes/scene_levels.hpp"
@@ -32,12 +35,75 @@ struct SynthOptions {
   std::optional<int> persons;
 };
 
+/// Returns the text of a file for read_camera, which gives back every number exactly. Real numbers
+/// have a decimal point: ORB-SLAM3 takes one without it for an integer and stops.
+std::string camera_text(const CameraParameters& camera) {
+  std::string text = "%YAML:1.0\n---\n";
+  const auto add = [&](const char* key, const auto value) {
+    text += std::string(key) + ": " + nlohmann::json(value).dump() + '\n';
+  };
+  add("Camera.fx", camera.fx);
+  add("Camera.fy", camera.fy);
+  add("Camera.cx", camera.cx);
+  add("Camera.cy", camera.cy);
+  for (const char* key : {"Camera.k1", "Camera.k2", "Camera.p1", "Camera.p2", "Camera.k3"}) {
+    add(key, 0.0);  // the scene's camera has no distortion
+  }
+  add("Camera.width", camera.image_size.width);
+  add("Camera.height", camera.image_size.height);
+  add("Camera.fps", camera.frames_per_second);
+  add("DepthMapFactor", camera.depth_units_per_metre);
+  return text;
+}
+
+/// Returns the three lines at the head of a list: ORB-SLAM and others skip as many.
+std::string heading(const char* content, const char* columns) {
+  return std::string("# ") + content + "\n# written by dynfilter\n# " + columns + '\n';
+}
+
+/// Writes frames in the layout of TUM RGB-D, which RgbdSequence reads.
+class SequenceFiles {
+ public:
+  explicit SequenceFiles(const std::filesystem::path& folder) : folder_(folder) {
+    std::filesystem::create_directories(folder / "rgb");
+    std::filesystem::create_directories(folder / "depth");
+  }
+
+  void add(const FrameView& frame, const CameraPose& pose) {
+    const std::string time = detail::time_text(frame.timestamp_s);
+    const std::string image = "rgb/" + time + ".png", depth = "depth/" + time + ".png";
+    detail::write_image(folder_ / image, frame.image);
+    detail::write_image(folder_ / depth, frame.depth);
+    images_ += time + ' ' + image + '\n';
+    depths_ += time + ' ' + depth + '\n';
+    pairs_ += time + ' ' + image + ' ' + time + ' ' + depth + '\n';
+    poses_ += detail::trajectory_row_text({frame.timestamp_s, pose.rotation, pose.translation},
+                                          "dynfilter synth") +
+              '\n';
+  }
+
+  void write_lists(const CameraParameters& camera) const {
+    detail::write_file(folder_ / "camera.yaml", camera_text(camera));
+    detail::write_file(folder_ / "rgb.txt", images_);
+    detail::write_file(folder_ / "depth.txt", depths_);
+    detail::write_file(folder_ / "associations.txt", pairs_);
+    detail::write_file(folder_ / "groundtruth.txt", poses_);
+  }
+
+ private:
+  std::filesystem::path folder_;
+  std::string images_ = heading("color images", "timestamp filename");
+  std::string depths_ = heading("depth maps", "timestamp filename");
+  std::string pairs_;  // ORB-SLAM allows no comment in this file
+  std::string poses_ = heading("ground truth trajectory", "timestamp tx ty tz qx qy qz qw");
+};
+
 void synthesise(const SynthOptions& options) {
   SyntheticSceneOptions scene_options = options.scene.level_options();
   scene_options.persons = options.persons.value_or(scene_options.persons);
   const SyntheticScene scene(scene_options);
   detail::StagedFolder staged(options.folder, "synth", options.overwrite);
-  RgbdSequenceWriter sequence(staged.path(), scene.camera());
+  SequenceFiles sequence(staged.path());
   MaskFolderWriter masks(staged.path() / "masks");
   MaskFolderWriter true_masks(staged.path() / "masks_true");
   const std::filesystem::path moving = staged.path() / "masks_moving";
@@ -46,7 +112,7 @@ void synthesise(const SynthOptions& options) {
     ProgressBar progress("rendering", static_cast<std::size_t>(scene.size()));
     for (int i = 0; i < scene.size(); ++i) {
       const SyntheticFrame rendered = scene.render(i);
-      sequence.add(rendered.frame, rendered.pose.rotation, rendered.pose.translation);
+      sequence.add(rendered.frame, rendered.pose);
       masks.add(rendered.poor_segmentation, detail::time_text(rendered.frame.timestamp_s),
                 rendered.frame.timestamp_s);
       true_masks.add(rendered.true_segmentation);
@@ -55,7 +121,7 @@ void synthesise(const SynthOptions& options) {
       progress.advance();
     }
   }
-  sequence.finish();
+  sequence.write_lists(scene.camera());
   masks.finish();
   true_masks.finish();
   staged.commit();

@@ -56,14 +56,7 @@ std::string check_camera(const std::string& text) {
     return "a focal length that is none";
   }
   if (!(read.depth_units_per_metre > 0)) return "a depth factor that is none";
-  const CameraParameters again =
-      read_camera(folder().write("written.yaml", camera_file_text(read)));
-  const bool is_equal = read.fx == again.fx && read.fy == again.fy && read.cx == again.cx &&
-                        read.cy == again.cy && read.k1 == again.k1 && read.k3 == again.k3 &&
-                        read.depth_units_per_metre == again.depth_units_per_metre &&
-                        read.image_size == again.image_size &&
-                        read.depth_offset_s == again.depth_offset_s;
-  return is_equal ? "" : "a camera that was written differs";
+  return {};
 }
 
 /// A folder whose lists are right; what they name is never decoded here.

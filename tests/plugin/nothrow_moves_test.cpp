@@ -6,7 +6,6 @@
 
 #include <type_traits>
 
-#include "dynfilter/evaluation/rgbd_sequence_writer.hpp"
 #include "dynfilter/motion/motion_filter.hpp"
 #include "dynfilter/networks/network_segmenter.hpp"
 #include "dynfilter/plugin.hpp"
@@ -37,7 +36,6 @@ static_assert(moves_without_failing<Plugin>);
 #if defined(__linux__)
 static_assert(moves_without_failing<RemoteSegmenter>);
 #endif
-static_assert(moves_without_failing<RgbdSequenceWriter>);
 
 // Values of one frame. Not Instance: OpenCV gives cv::Mat no label.
 static_assert(std::is_nothrow_move_constructible_v<FeatureLabels>);

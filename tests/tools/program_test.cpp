@@ -16,6 +16,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "dynfilter/version.hpp"
 #include "support/program.hpp"
@@ -262,6 +263,26 @@ TEST_F(Program, RunTracksTheCameraAndWritesItsTrajectory) {
   EXPECT_NEAR(figure(run("eval " + files + " --frames 1"), "ate_rmse_m"),
               summary["ate_rmse_m"].get<double>(), 1e-6);
   EXPECT_LT(summary["ate_rmse_m"].get<double>(), 0.05);
+}
+
+TEST_F(Program, SynthWritesTheLayoutOfTum) {
+  const fs::path folder = out("tum");
+  succeed("synth " + quoted(folder) + " --frames 2 --width 120 --height 160");
+  const std::string list = "rgb/1.000000.png\n1.033333 rgb/1.033333.png\n";
+  EXPECT_EQ(file_text(folder / "rgb.txt"),
+            "# color images\n# written by dynfilter\n# timestamp filename\n1.000000 " + list);
+  EXPECT_EQ(file_text(folder / "associations.txt"),
+            "1.000000 rgb/1.000000.png 1.000000 depth/1.000000.png\n"
+            "1.033333 rgb/1.033333.png 1.033333 depth/1.033333.png\n");
+  EXPECT_EQ(file_text(folder / "groundtruth.txt")
+                .rfind("# ground truth trajectory\n# written by dynfilter\n"
+                       "# timestamp tx ty tz qx qy qz qw\n1.000000 0.",
+                       0),
+            0U);
+  const RgbdSequence sequence(folder);
+  EXPECT_EQ(sequence.size(), 2U);
+  EXPECT_EQ(sequence.camera().fx, 535.4 * (120 / 640.0));
+  EXPECT_EQ(sequence.camera().image_size, cv::Size(120, 160));
 }
 
 TEST_F(Program, HelpShowsExamples) {

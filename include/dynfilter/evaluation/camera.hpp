@@ -46,11 +46,6 @@ std::optional<CameraParameters> known_camera(const std::string& name);
 /// these coefficients.
 CameraParameters read_camera(const std::filesystem::path& path);
 
-/// Returns the text of a file for read_camera, with ORB-SLAM's keys; every value is read back
-/// exactly. A size or rate that is unknown and an offset of 0 have no line. Throws
-/// std::invalid_argument for a camera that read_camera would refuse.
-std::string camera_file_text(const CameraParameters& camera);
-
 }  // namespace dynfilter
 
 #endif  // DYNFILTER_EVALUATION_CAMERA_HPP
