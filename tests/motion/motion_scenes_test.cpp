@@ -198,7 +198,20 @@ TEST(MotionTurn, DoesNotFollowTheCart) {
   }
 }
 
-/// Cautious compensation leaves too few features to outvote those that it removes.
+/// Counts the features that came back nearer to their instance's mask than a pausing person's may.
+int restored_beside(const Segmentation& segmentation, const FeatureLabels& labels,
+                    const Shot& shot) {
+  int count = 0;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i].reason != Reason::restored) continue;
+    const auto& instance = segmentation.instances[static_cast<std::size_t>(labels[i].instance)];
+    count += detail::mask_within(instance, shot.keypoints[i].pt, 15) ? 1 : 0;
+  }
+  return count;
+}
+
+/// Cautious compensation leaves too few features to outvote those that it removes. In such a frame,
+/// one quiet baseline, all that the second frame has, gives a feature back.
 TEST(MotionCrowd, DoesNotLeadTheCamerasMotionAstray) {
   SyntheticSceneOptions options = scene_level("near_crowd", 102);
   options.image_size = {480, 360};
@@ -217,6 +230,7 @@ TEST(MotionCrowd, DoesNotLeadTheCamerasMotionAstray) {
       EXPECT_FALSE(labels[i].reason == Reason::moving && labels[i].instance >= 0) << frame;
     }
     if (frame == 60) continue;
+    if (frame == 61) EXPECT_GT(restored_beside(shot.rendered.poor_segmentation, labels, shot), 0);
     const auto& over = workspace.get<detail::MotionScratch>().over[detail::short_baseline];
     const cv::Vec3d truth = exact_prior(scene, frame).pose.translation;
     astray += cv::norm(over.pose.translation - truth) > 0.001 ? 1 : 0;
