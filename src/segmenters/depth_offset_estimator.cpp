@@ -222,10 +222,9 @@ DepthOffsetEstimate DepthOffsetEstimator::estimate() const {
   };
   const Sums mean = mean_of(all);
   result.frames = static_cast<std::size_t>(all.frames);
-  result.differences_s = mean.differences_s;
   result.distances_px = mean.distances_px;
-  result.period_s = (mean.differences_s.back() - mean.differences_s.front()) / (lags - 1);
-  if (result.frames < min_frames || stretches_.size() < 2 || !(result.period_s > 0)) return result;
+  const double period_s = (mean.differences_s.back() - mean.differences_s.front()) / (lags - 1);
+  if (result.frames < min_frames || stretches_.size() < 2 || !(period_s > 0)) return result;
 
   const Vertex vertex = vertex_of(mean.differences_s, mean.distances_px);
   // The jackknife: how far do the results change if one stretch is left out?
@@ -242,9 +241,8 @@ DepthOffsetEstimate DepthOffsetEstimator::estimate() const {
   const double min_rise = std::max(min_rise_px, 3 * std::sqrt(rise_variance));
   DepthOffset offset;
   offset.seconds = vertex.x;
-  offset.sigma_s = std::sqrt(x_variance);
-  offset.frames_late = (vertex.x - mean.differences_s[lags / 2]) / result.period_s;
-  offset.sigma_frames = offset.sigma_s / result.period_s;
+  offset.frames_late = (vertex.x - mean.differences_s[lags / 2]) / period_s;
+  offset.sigma_frames = std::sqrt(x_variance) / period_s;
   if (vertex.rise < min_rise) {
     result.verdict = DepthOffsetVerdict::nothing_moves;
   } else if (vertex.nearest == 0 || vertex.nearest + 1 == lags) {

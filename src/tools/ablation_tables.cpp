@@ -180,8 +180,9 @@ Table paper_table(const std::vector<Group>& groups) {
     const std::vector<double> y = values_of(group.under("mask"), ate_m);
     const std::vector<double> y_d = values_of(group.under("paper"), ate_m);
     if (y.empty() || y_d.empty()) continue;
+    const double baseline = median(y);  // of the paper's eq. (2)
     const std::string improvement =
-        median(y) > 0 ? fixed_decimals(improvement_percent(median(y), median(y_d)), 1) + " %" : "-";
+        baseline > 0 ? fixed_decimals((baseline - median(y_d)) / baseline * 100, 1) + " %" : "-";
     table.rows.push_back({group.name, median_text(y, 4), median_text(y_d, 4), improvement});
   }
   return table;

@@ -120,9 +120,8 @@ const FrameStatistics& RuleRun::process(const SourceFrame& frame, ExtractedFeatu
   const FeatureLabels by_mask = only_masked(labels_, shown);
   const std::optional<Segmentation>& truth = dynamic_masks(frame, record_.settings.truth);
   if (truth) {
-    record.scores = score_features(features.keypoints, labels_, *truth, rim_px_, frame.frame);
-    record.mask_only_scores =
-        score_features(features.keypoints, by_mask, *truth, rim_px_, frame.frame);
+    record.scores = score_features(features.keypoints, labels_, *truth, rim_px_);
+    record.mask_only_scores = score_features(features.keypoints, by_mask, *truth, rim_px_);
   }
   add_pictures(frame, shown, features.keypoints, record, by_mask);
   keep_static(labels_, features.keypoints, features.descriptors);

@@ -31,16 +31,11 @@ TEST(FeatureScores, MatchTheOracleOnArbitraryInput) {
       expected.rim_removed += !on && near_by && removed;
       expected.static_left += !near_by && !removed;
       expected.static_removed += !near_by && removed;
-      const bool has_depth =
-          oracle_depth(input.frame.depth, oracle_pixel(input.keypoints[i].pt)).has_value();
-      expected.static_removed_with_depth += !near_by && removed && has_depth;
     }
-    const FeatureScores scores =
-        score_features(input.keypoints, labels, input.segmentation, rim, input.frame);
+    const FeatureScores scores = score_features(input.keypoints, labels, input.segmentation, rim);
     using S = FeatureScores;
-    for (std::size_t S::*member :
-         {&S::dynamic_left, &S::dynamic_removed, &S::rim_left, &S::rim_removed, &S::static_left,
-          &S::static_removed, &S::static_removed_with_depth}) {
+    for (std::size_t S::*member : {&S::dynamic_left, &S::dynamic_removed, &S::rim_left,
+                                   &S::rim_removed, &S::static_left, &S::static_removed}) {
       ASSERT_EQ(scores.*member, expected.*member) << "seed " << seed;
     }
     total += scores;
@@ -48,8 +43,6 @@ TEST(FeatureScores, MatchTheOracleOnArbitraryInput) {
   EXPECT_GT(total.dynamic_left, 1000U);
   EXPECT_GT(total.rim_removed, 1000U);
   EXPECT_GT(total.static_removed, 1000U);
-  EXPECT_GT(total.static_removed_with_depth, 300U);
-  EXPECT_GT(total.static_removed, total.static_removed_with_depth + 300U);
 }
 
 TEST(FeatureScores, RefuseLabelsOfAnotherLength) {

@@ -46,7 +46,6 @@ TEST(DepthOffsetEstimator, FindsWholeFrames) {
     ASSERT_TRUE(estimate.offset) << late;
     EXPECT_EQ(estimate.verdict, DepthOffsetVerdict::measured);
     EXPECT_EQ(estimate.frames, 116U);
-    EXPECT_NEAR(estimate.period_s, period_s, 1e-9);
     EXPECT_NEAR(estimate.offset->frames_late, late, 0.05);
     EXPECT_NEAR(estimate.offset->seconds, late * period_s, 0.05 * period_s);
     EXPECT_LT(estimate.offset->sigma_frames, 0.1);
@@ -60,7 +59,6 @@ TEST(DepthOffsetEstimator, TakesTheStampsAsTheyAre) {
   ASSERT_TRUE(estimate.offset);
   EXPECT_NEAR(estimate.offset->frames_late, 1, 0.05);
   EXPECT_NEAR(estimate.offset->seconds, 0.6 * period_s, 0.05 * period_s);
-  EXPECT_NEAR(estimate.differences_s[2], -0.4 * period_s, 1e-9);
 }
 
 /// Computes a curve's point from the definition: the distance from each depth edge to the nearest

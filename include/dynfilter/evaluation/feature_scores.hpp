@@ -12,7 +12,6 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/mask_distance.hpp"
 #include "dynfilter/features.hpp"
-#include "dynfilter/frame.hpp"
 #include "dynfilter/labels.hpp"
 #include "dynfilter/segmentation.hpp"
 
@@ -26,11 +25,8 @@ struct FeatureScores {
   std::size_t dynamic_removed = 0;  ///< dynamic features that are removed
   std::size_t static_left = 0;      ///< static features that are kept
   std::size_t static_removed = 0;   ///< static features that are removed
-  /// Part of static_removed whose depth is known. An RGB-D pose gains little from the others. 0 if
-  /// the scores were made without a depth image.
-  std::size_t static_removed_with_depth = 0;
-  std::size_t rim_left = 0;     ///< features on the rim that are kept
-  std::size_t rim_removed = 0;  ///< features on the rim that are removed
+  std::size_t rim_left = 0;         ///< features on the rim that are kept
+  std::size_t rim_removed = 0;      ///< features on the rim that are removed
 
   /// Adds the counts of another frame.
   FeatureScores& operator+=(const FeatureScores& other) {
@@ -38,7 +34,6 @@ struct FeatureScores {
     dynamic_removed += other.dynamic_removed;
     static_left += other.static_left;
     static_removed += other.static_removed;
-    static_removed_with_depth += other.static_removed_with_depth;
     rim_left += other.rim_left;
     rim_removed += other.rim_removed;
     return *this;
@@ -46,12 +41,11 @@ struct FeatureScores {
 };
 
 /// Scores the labels of one frame. All instances of `truth` count as dynamic. Distances are
-/// Euclidean, between pixel centres. `frame` gives the features' depth and may be empty. Throws
-/// std::invalid_argument for a malformed truth and if labels and features differ in number.
+/// Euclidean, between pixel centres. Throws std::invalid_argument for a malformed truth and if
+/// labels and features differ in number.
 /// O(features x instances x rim_px^2).
 inline FeatureScores score_features(FeaturesView features, const FeatureLabels& labels,
-                                    const Segmentation& truth, double rim_px = 3.0,
-                                    const FrameView& frame = {}) {
+                                    const Segmentation& truth, double rim_px = 3.0) {
   validate(truth, "score_features");
   if (labels.size() != features.size()) {
     detail::throw_misuse(
@@ -74,7 +68,6 @@ inline FeatureScores score_features(FeaturesView features, const FeatureLabels& 
       ++(removed ? scores.rim_removed : scores.rim_left);
     } else {
       ++(removed ? scores.static_removed : scores.static_left);
-      if (removed && frame.depth_m(pixel)) ++scores.static_removed_with_depth;
     }
   }
   return scores;

@@ -142,10 +142,8 @@ struct AbsoluteErrorOptions {
 
 /// Result of absolute_trajectory_error.
 struct AbsoluteTrajectoryError {
-  ErrorSummary translation_m;        ///< summary of errors_m
-  Alignment alignment;               ///< alignment of the estimate with the truth
-  std::vector<double> timestamps_s;  ///< times of the estimated poses that have a true one
-  std::vector<double> errors_m;      ///< errors of these poses after alignment, metres
+  ErrorSummary translation_m;  ///< errors after alignment, metres
+  Alignment alignment;         ///< alignment of the estimate with the truth
 };
 
 /// Computes the absolute trajectory error (ATE) as evaluate_ate.py of the TUM RGB-D benchmark
@@ -175,16 +173,16 @@ inline AbsoluteTrajectoryError absolute_trajectory_error(const Trajectory& estim
   for (const auto& [i, j] : pairs) {
     estimated.col(column) = estimate[i].translation;
     true_ones.col(column++) = truth[j].translation;
-    result.timestamps_s.push_back(estimate[i].timestamp_s);
   }
   result.alignment = detail::align(estimated, true_ones, options.with_scale);
   const Alignment& alignment = result.alignment;
+  std::vector<double> errors;
   for (column = 0; column < count; ++column) {
     const Eigen::Vector3d aligned =
         alignment.scale * (alignment.rotation * estimated.col(column)) + alignment.translation;
-    result.errors_m.push_back((aligned - true_ones.col(column)).norm());
+    errors.push_back((aligned - true_ones.col(column)).norm());
   }
-  result.translation_m = summarise_errors(result.errors_m);
+  result.translation_m = summarise_errors(std::move(errors));
   return result;
 }
 
@@ -199,9 +197,8 @@ struct RelativeErrorOptions {
 
 /// Result of relative_pose_error.
 struct RelativePoseError {
-  ErrorSummary translation_m;        ///< errors of translation, metres
-  ErrorSummary rotation_deg;         ///< errors of rotation, degrees
-  std::vector<double> timestamps_s;  ///< times of the first pose of each interval
+  ErrorSummary translation_m;  ///< errors of translation, metres
+  ErrorSummary rotation_deg;   ///< errors of rotation, degrees
 };
 
 /// Computes the relative pose error (RPE) as evaluate_rpe.py of the TUM RGB-D benchmark defines it
@@ -244,7 +241,6 @@ inline RelativePoseError relative_pose_error(const Trajectory& estimate, const T
     const Eigen::Isometry3d error = estimated * detail::motion(*from, *to).inverse();
     translations.push_back(error.translation().norm());
     rotations.push_back(detail::angle_deg(error.linear()));
-    result.timestamps_s.push_back(estimate_times[i]);
   }
   if (translations.size() < 2) {
     throw std::runtime_error(detail::concatenate(
@@ -255,17 +251,6 @@ inline RelativePoseError relative_pose_error(const Trajectory& estimate, const T
   result.translation_m = summarise_errors(std::move(translations));
   result.rotation_deg = summarise_errors(std::move(rotations));
   return result;
-}
-
-/// Returns the improvement of an RMSE over a baseline's, percent. Source: the paper's eq. (2).
-/// Throws std::invalid_argument for a baseline that is not above 0.
-inline double improvement_percent(double baseline_rmse, double rmse) {
-  if (!(baseline_rmse > 0)) {
-    detail::throw_misuse("improvement_percent",
-                         detail::concatenate("a baseline of ", baseline_rmse),
-                         "a baseline above 0");
-  }
-  return (baseline_rmse - rmse) / baseline_rmse * 100;
 }
 
 }  // namespace dynfilter

@@ -31,7 +31,6 @@ enum class DepthOffsetVerdict {
 /// Offset of the depth images' times. See RgbdSequenceOptions::depth_offset_s for the sign.
 struct DepthOffset {
   double seconds = 0;       ///< offset of a depth image's stamp from its colour image's
-  double sigma_s = 0;       ///< standard error of `seconds`
   double frames_late = 0;   ///< frames by which the depth of the pairs handed over is late
   double sigma_frames = 0;  ///< standard error of `frames_late`
 };
@@ -41,13 +40,10 @@ struct DepthOffsetEstimate {
   DepthOffsetVerdict verdict = DepthOffsetVerdict::too_few_frames;  ///< what is known
   std::optional<DepthOffset> offset;  ///< if the verdict is `measured`
   std::size_t frames = 0;             ///< usable frames
-  double period_s = 0;                ///< mean time between depth images; 0 without usable frames
-  /// @{
-  /// Mean difference of the stamps (depth minus colour) and mean distance of depth edges from
-  /// colour edges, pixels at a width of 640. Element k is of lag k - 2: 0 are the pairs handed
-  /// over, 1 pairs each colour image with the depth image after its own. 0 without usable frames.
-  std::array<double, 5> differences_s = {}, distances_px = {};
-  /// @}
+  /// Mean distance of depth edges from colour edges, pixels at a width of 640. Element k is of lag
+  /// k - 2: 0 are the pairs handed over, 1 pairs each colour image with the depth image after its
+  /// own. 0 without usable frames.
+  std::array<double, 5> distances_px = {};
 };
 
 /// Estimates by how much depth lags the colour, without any truth, from a recording or on line.
