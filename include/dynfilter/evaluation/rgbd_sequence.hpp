@@ -100,12 +100,16 @@ class RgbdSequence {
   /// masks_moving/. Throws std::runtime_error that names a path that cannot be inspected, a
   /// groundtruth.txt that is not a regular file, or masks that are not in a folder.
   std::optional<std::filesystem::path> groundtruth_file() const;
-  std::optional<std::filesystem::path> masks_folder() const;
-  std::optional<std::filesystem::path> true_masks_folder() const;
-  std::optional<std::filesystem::path> moving_masks_folder() const;
+  std::optional<std::filesystem::path> masks_folder() const { return subfolder("masks"); }
+  std::optional<std::filesystem::path> true_masks_folder() const { return subfolder("masks_true"); }
+  std::optional<std::filesystem::path> moving_masks_folder() const {
+    return subfolder("masks_moving");
+  }
   /// @}
 
  private:
+  std::optional<std::filesystem::path> subfolder(const char* name) const;
+
   std::filesystem::path folder_;
   bool has_depth_ = false;
   std::vector<RgbdSequenceEntry> entries_;
