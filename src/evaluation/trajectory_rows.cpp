@@ -4,13 +4,12 @@
 #include "dynfilter/evaluation/trajectory_rows.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
+#include <vector>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
@@ -23,14 +22,6 @@ namespace {
 
 constexpr double kitti_frame_s = 0.1;  // KITTI's odometry has ten frames a second
 
-/// A row and its line number.
-struct NumberedRow {
-  std::size_t line = 0;
-  TrajectoryRow row;
-
-  std::int64_t time() const { return microseconds(row.timestamp_s); }
-};
-
 /// What the rows of a file hold, by the columns of the first.
 enum class Form { tum, euroc, kitti };
 
@@ -38,9 +29,12 @@ constexpr std::size_t euroc_columns = 17;  // also velocity and biases
 constexpr std::size_t kitti_columns = 12;  // the upper rows of a 4x4 matrix
 
 Form form_of(const TableReader& table, std::size_t columns) {
-  if (columns == kitti_columns) return Form::kitti;
   constexpr const char* want =
       "8: timestamp tx ty tz qx qy qz qw; or EuRoC's 17 in each row, or KITTI's 12";
+  if (columns == kitti_columns) {
+    if (table.columns() == columns) return Form::kitti;
+    table.fail(concatenate("got ", table.columns(), " columns; want KITTI's 12 as above"));
+  }
   table.require_columns(8, want);
   const bool is_euroc = columns == euroc_columns;
   if (table.columns() != columns || (columns > 8 && !is_euroc)) {
@@ -59,22 +53,21 @@ bool is_nan(const std::string& cell) {
          (rest[2] | 0x20) == 'n';
 }
 
-/// Reads numbers of a row, the first one a time if it is called so; std::nullopt if one is NaN.
-template <std::size_t count>
-std::optional<std::array<double, count>> read_numbers(const TableReader& table,
-                                                      const char* const (&names)[count]) {
-  std::array<double, count> numbers{};
+/// Reads the numbers of a row; none if one is NaN.
+std::vector<double> read_numbers(const TableReader& table, Form form) {
+  static const std::vector<const char*> poses = {"time", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
+  static const std::vector<const char*> matrices = {"r11", "r12", "r13", "tx",  "r21", "r22",
+                                                    "r23", "ty",  "r31", "r32", "r33", "tz"};
+  std::vector<double> numbers;
   bool has_nan = false;
-  for (std::size_t k = 0; k < count; ++k) {
-    if (is_nan(table.text(k))) {
-      has_nan = true;
-    } else {
-      const bool is_time = k == 0 && std::string_view(names[0]) == "time";
-      numbers[k] = is_time ? table.time(k) : table.number(k, names[k]);
-    }
+  for (const char* name : form == Form::kitti ? matrices : poses) {
+    const std::size_t k = numbers.size();
+    const bool is_time = k == 0 && form != Form::kitti;
+    const bool is_number = !is_nan(table.text(k));
+    numbers.push_back(!is_number ? 0 : is_time ? table.time(k) : table.number(k, name));
+    has_nan = has_nan || !is_number;
   }
-  if (has_nan) return {};
-  return numbers;
+  return has_nan ? std::vector<double>() : numbers;
 }
 
 /// Tells whether the matrix is a rotation; the limit 1e-3 admits rotations in single precision.
@@ -117,37 +110,26 @@ cv::Matx33d rotation_of(const cv::Vec4d& q) {
           2 * (x * z - y * w),     2 * (y * z + x * w),     1 - 2 * (x * x + y * y)};
 }
 
-/// Reads KITTI's row: the pose of a frame, without a time.
-std::optional<TrajectoryRow> read_matrix(const TableReader& table, double time_s) {
-  if (table.columns() != kitti_columns) {
-    table.fail(concatenate("got ", table.columns(), " columns; want KITTI's 12 as above"));
-  }
-  const auto m = read_numbers<12>(
-      table, {"r11", "r12", "r13", "tx", "r21", "r22", "r23", "ty", "r31", "r32", "r33", "tz"});
-  if (!m) return {};
-  const cv::Matx33d rotation((*m)[0], (*m)[1], (*m)[2], (*m)[4], (*m)[5], (*m)[6], (*m)[8], (*m)[9],
-                             (*m)[10]);
+/// Returns the pose in KITTI's row of numbers, which has no time.
+TrajectoryRow matrix_row(const TableReader& table, const std::vector<double>& m, double time_s) {
+  const cv::Matx33d rotation(m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]);
   if (!is_rotation(rotation)) {
     table.fail("the matrix of KITTI's 12 columns is no rotation; want r11 r12 r13 tx r21 …");
   }
-  return TrajectoryRow{time_s, rotation_of(quaternion_of(rotation)), {(*m)[3], (*m)[7], (*m)[11]}};
+  return {time_s, rotation_of(quaternion_of(rotation)), {m[3], m[7], m[11]}, table.line()};
 }
 
 /// Reads the current row; std::nullopt for a row to skip, which is counted in `flaws`.
 std::optional<TrajectoryRow> read_row(const TableReader& table, Form form, double index_time_s,
                                       TrajectoryFlaws& flaws) {
-  if (form == Form::kitti) {
-    const std::optional<TrajectoryRow> row = read_matrix(table, index_time_s);
-    if (!row) flaws.not_a_number.add(table.line());
-    return row;
-  }
-  const auto numbers = read_numbers<8>(table, {"time", "tx", "ty", "tz", "qx", "qy", "qz", "qw"});
-  if (!numbers) {
+  const std::vector<double> n = read_numbers(table, form);
+  if (n.empty()) {
     flaws.not_a_number.add(table.line());
     return {};
   }
-  const auto& [time_s, tx, ty, tz, q0, q1, q2, q3] = *numbers;
-  const cv::Vec4d q = form == Form::euroc ? cv::Vec4d(q1, q2, q3, q0) : cv::Vec4d(q0, q1, q2, q3);
+  if (form == Form::kitti) return matrix_row(table, n, index_time_s);
+  const cv::Vec4d q =
+      form == Form::euroc ? cv::Vec4d(n[5], n[6], n[7], n[4]) : cv::Vec4d(n[4], n[5], n[6], n[7]);
   const double length = cv::norm(q);
   if (length == 0) {
     flaws.zero_quaternion.add(table.line());
@@ -157,13 +139,15 @@ std::optional<TrajectoryRow> read_row(const TableReader& table, Form form, doubl
   if (!(std::abs(length - 1) <= 0.1)) {
     table.fail(concatenate("a quaternion of length ", length, "; want length 1"));
   }
-  return TrajectoryRow{time_s, rotation_of(q / length), {tx, ty, tz}};
+  return TrajectoryRow{n[0], rotation_of(q / length), {n[1], n[2], n[3]}, table.line()};
 }
 
+std::int64_t time_of(const TrajectoryRow& row) { return microseconds(row.timestamp_s); }
+
 /// Reads the usable rows, in the order of the file.
-std::vector<NumberedRow> read_usable_rows(TableReader& table, TrajectoryRows& read) {
+std::vector<TrajectoryRow> read_usable_rows(TableReader& table, TrajectoryRows& read) {
   TrajectoryFlaws& flaws = read.flaws;
-  std::vector<NumberedRow> rows;
+  std::vector<TrajectoryRow> rows;
   std::vector<double> times;
   std::size_t columns = 0;
   for (std::size_t index = 0; table.next(); ++index) {
@@ -173,11 +157,10 @@ std::vector<NumberedRow> read_usable_rows(TableReader& table, TrajectoryRows& re
     const std::optional<TrajectoryRow> row =
         read_row(table, form, static_cast<double>(index) * kitti_frame_s, flaws);
     if (!row) continue;
-    const NumberedRow numbered{table.line(), *row};
-    if (!rows.empty() && numbered.time() < rows.back().time()) {
-      flaws.time_goes_back.add(table.line());
+    if (!rows.empty() && time_of(*row) < time_of(rows.back())) {
+      flaws.time_goes_back.add(row->line);
     }
-    rows.push_back(numbered);
+    rows.push_back(*row);
     times.push_back(row->timestamp_s);
   }
   if (are_too_far_apart(times)) throw_file_error(table.path(), far_apart_text);
@@ -194,16 +177,15 @@ std::vector<NumberedRow> read_usable_rows(TableReader& table, TrajectoryRows& re
 TrajectoryRows read_trajectory_rows(const std::filesystem::path& path) {
   TableReader table(path);
   TrajectoryRows read;
-  std::vector<NumberedRow> in_order = read_usable_rows(table, read);
+  std::vector<TrajectoryRow> in_order = read_usable_rows(table, read);
   std::stable_sort(in_order.begin(), in_order.end(),
-                   [](const auto& a, const auto& b) { return a.time() < b.time(); });
-  read.rows.reserve(in_order.size());
-  for (std::size_t i = 0; i < in_order.size(); ++i) {
-    if (i > 0 && in_order[i].time() == in_order[i - 1].time()) {
-      read.flaws.repeated_time.add(in_order[i].line);
-      read.rows.back() = in_order[i].row;
+                   [](const auto& a, const auto& b) { return time_of(a) < time_of(b); });
+  for (const TrajectoryRow& row : in_order) {
+    if (!read.rows.empty() && time_of(row) == time_of(read.rows.back())) {
+      read.flaws.repeated_time.add(row.line);
+      read.rows.back() = row;
     } else {
-      read.rows.push_back(in_order[i].row);
+      read.rows.push_back(row);
     }
   }
   return read;
@@ -229,9 +211,17 @@ std::string trajectory_row_text(const TrajectoryRow& row, const char* component)
 }
 
 void write_trajectory_rows(const std::filesystem::path& path,
-                           const std::vector<std::string>& rows) {
+                           const std::vector<TrajectoryRow>& rows) {
+  constexpr const char* component = "write_trajectory";
   std::string text;
-  for (const std::string& row : rows) text += row + '\n';
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    text += trajectory_row_text(rows[i], component) + '\n';
+    if (i == 0 || time_of(rows[i]) > time_of(rows[i - 1])) continue;
+    throw_misuse(
+        component,
+        "time " + time_text(rows[i].timestamp_s) + " after " + time_text(rows[i - 1].timestamp_s),
+        "times that increase");
+  }
   write_file(path, text);
 }
 

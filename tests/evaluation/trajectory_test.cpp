@@ -228,7 +228,6 @@ TEST(TrajectoryFlaws, RowsWithNanAreSkippedInEveryColumn) {
       ASSERT_EQ(file.trajectory.size(), 2U);
       EXPECT_EQ(file.trajectory[1].translation.x(), 5);
       expect_rows(file.flaws.not_a_number, 2, 3);
-      EXPECT_TRUE(file.flaws.any());
     }
   }
 }

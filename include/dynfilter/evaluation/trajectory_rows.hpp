@@ -36,12 +36,6 @@ struct TrajectoryFlaws {
   FlawedRows zero_quaternion;  ///< qx qy qz qw are all 0; skipped
   FlawedRows repeated_time;    ///< same time as an earlier row, which it replaces
   FlawedRows time_goes_back;   ///< earlier than the row before; sorted by time
-
-  /// Whether any row is flawed.
-  bool any() const {
-    return not_a_number.count + zero_quaternion.count + repeated_time.count + time_goes_back.count >
-           0;
-  }
 };
 
 namespace detail {
@@ -51,6 +45,7 @@ struct TrajectoryRow {
   double timestamp_s = 0;
   cv::Matx33d rotation;
   cv::Vec3d translation;
+  std::size_t line = 0;  ///< of the file; 0: none
 };
 
 /// Usable rows of a file in the order of their times, which differ by at least a microsecond.
@@ -67,8 +62,9 @@ TrajectoryRows read_trajectory_rows(const std::filesystem::path& path);
 /// for a pose that read_trajectory would refuse.
 std::string trajectory_row_text(const TrajectoryRow& row, const char* component);
 
-/// Writes the rows. Throws std::runtime_error that names the file if it cannot be written.
-void write_trajectory_rows(const std::filesystem::path& path, const std::vector<std::string>& rows);
+/// Writes a trajectory file. Throws like write_trajectory.
+void write_trajectory_rows(const std::filesystem::path& path,
+                           const std::vector<TrajectoryRow>& rows);
 
 }  // namespace detail
 }  // namespace dynfilter
