@@ -134,15 +134,18 @@ class TableReader {
     fail("time: got '" + text(column) + "'; want seconds" + (value > 0 ? unit : ""));
   }
 
-  int integer(std::size_t column, const char* name) const {
+  int integer(std::size_t column, const char* name, int min_value = -max_integer,
+              int max_value = max_integer) const {
     const double value = parse_number(text(column)).value_or(0.5);  // 0.5 is not whole
-    if (value != std::floor(value) || std::abs(value) > std::numeric_limits<int>::max()) {
-      fail(std::string(name) + ": got '" + text(column) + "'; want a whole number");
-    }
-    return static_cast<int>(value);
+    const bool is_inside = value >= min_value && value <= max_value;
+    if (is_inside && value == std::floor(value)) return static_cast<int>(value);
+    fail(std::string(name) + ": got '" + text(column) + "'; want a whole number from " +
+         std::to_string(min_value) + " to " + std::to_string(max_value));
   }
 
  private:
+  static constexpr int max_integer = std::numeric_limits<int>::max();
+
   static std::string trimmed(const std::string& text) {
     const std::size_t first = text.find_first_not_of(" \t\r");
     if (first == std::string::npos) return {};

@@ -43,25 +43,19 @@ TableRow read_row(const detail::TableReader& table, bool has_mask_time) {
       mask_time_column + (has_mask_time ? 1 : 0),
       has_mask_time ? detail::mask_table_header_with_time : detail::mask_table_header);
   TableRow row;
-  row.label = table.integer(1, "instance");
+  row.label = table.integer(1, "instance", 1, detail::max_mask_label);
   row.instance.class_id = table.integer(2, "class_id");
   row.instance.score = static_cast<float>(table.number(3, "score"));
-  row.instance.box = {table.integer(4, "x"), table.integer(5, "y"), table.integer(6, "width"),
-                      table.integer(7, "height")};
-  const auto require = [&](bool is_right, const char* name, const std::string& got,
-                           const char* want) {
-    if (!is_right) table.fail(detail::concatenate(name, ": got ", got, "; want ", want));
-  };
-  const auto quoted = [&](std::size_t column) { return "'" + table.text(column) + "'"; };
-  require(row.label >= 1 && row.label <= detail::max_mask_label, "instance", quoted(1),
-          "1 to 65535");
-  require(row.instance.score >= 0 && row.instance.score <= 1, "score", quoted(3), "0 to 1");
-  require(row.instance.box.width >= 0 && row.instance.box.height >= 0, "width and height",
-          quoted(6) + " and " + quoted(7), "at least 0");
+  row.instance.box = {table.integer(4, "x"), table.integer(5, "y"), table.integer(6, "width", 0),
+                      table.integer(7, "height", 0)};
+  if (!(row.instance.score >= 0 && row.instance.score <= 1)) {
+    table.fail("score: got '" + table.text(3) + "'; want 0 to 1");
+  }
   if (has_mask_time && !table.text(mask_time_column).empty()) {
     row.mask_time_s = detail::time_of_name(table.text(mask_time_column));
-    require(row.mask_time_s.has_value(), "mask_time", quoted(mask_time_column),
-            "a time in seconds, or nothing for the frame's own");
+    if (row.mask_time_s) return row;
+    table.fail("mask_time: got '" + table.text(mask_time_column) +
+               "'; want a time in seconds, or nothing for the frame's own");
   }
   return row;
 }
@@ -75,13 +69,6 @@ bool read_header(detail::TableReader& table) {
   if (has_mask_time || header == detail::mask_table_header) return has_mask_time;
   table.fail("got '" + header + "'; want the header " + detail::mask_table_header +
              ", with or without a last column mask_time");
-}
-
-/// Refuses anything but a regular file: a FIFO without a writer blocks forever.
-void require_regular(const fs::path& path) {
-  const fs::file_type type = detail::type_of(path);
-  if (type == fs::file_type::regular || type == fs::file_type::not_found) return;
-  detail::throw_file_error(path, "is not a regular file; masks and their table must be");
 }
 
 /// Returns the PNG files of a folder. Throws std::runtime_error for a folder that holds none, and
@@ -184,7 +171,7 @@ std::optional<double> MaskFolderSegmenter::time_of(const std::string& stem) cons
 void MaskFolderSegmenter::index_masks() {
   std::vector<std::string> unknown;  // names that are no frame's
   for (const fs::path& file : mask_files(folder_, options_.allow_missing)) {
-    require_regular(file);
+    detail::require_regular_file(file);
     const std::string stem = detail::frame_stem(file.filename());
     const std::optional<double> time_s = time_of(stem);
     if (!time_s) {
@@ -215,7 +202,7 @@ void MaskFolderSegmenter::index_masks() {
 }
 
 void MaskFolderSegmenter::read_table(const fs::path& path) {
-  require_regular(path);
+  detail::require_regular_file(path);
   detail::TableReader table(path, ",");
   const bool has_mask_time = read_header(table);
   while (table.next()) {
@@ -273,7 +260,7 @@ Segmentation MaskFolderSegmenter::do_segment(const FrameView& frame) {
                             : "the nearest is " + mask->second.path.filename().string()));
   }
   const fs::path& file = mask->second.path;
-  require_regular(file);
+  detail::require_regular_file(file);
   cv::Mat pixels = detail::read_mask(file);
   Segmentation result = empty_segmentation(frame);
   if (result.image_size.empty()) result.image_size = pixels.size();

@@ -110,25 +110,22 @@ void MaskFolderWriter::add(const Segmentation& segmentation) {
   add(segmentation, detail::time_text(segmentation.timestamp_s));
 }
 
-void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& stem) {
-  add(segmentation, stem, segmentation.timestamp_s);
-}
-
 void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& stem,
-                           double frame_timestamp_s) {
+                           std::optional<double> frame_timestamp_s) {
   require_writable(segmentation);
+  const double frame_time_s = frame_timestamp_s.value_or(segmentation.timestamp_s);
   if (!staged_)
     detail::throw_misuse(name, "a segmentation after finish()", "every segmentation before it");
-  const std::optional<double> time_s = any_names_ ? frame_timestamp_s : detail::time_of_name(stem);
+  const std::optional<double> time_s = any_names_ ? frame_time_s : detail::time_of_name(stem);
   if (!time_s || stem.find_first_of(",\"/\n") != std::string::npos) {
     detail::throw_misuse(name, "the stem '" + stem + "'",
                          any_names_ ? "no comma, quote or slash" : "a time in seconds");
   }
-  if (!is_found(*time_s, frame_timestamp_s)) {
-    detail::throw_misuse(name,
-                         "the stem '" + stem + "' for a segmentation of time " +
-                             detail::time_text(frame_timestamp_s),
-                         "the frame's time, to 1 ms");
+  if (!is_found(*time_s, frame_time_s)) {
+    detail::throw_misuse(
+        name,
+        "the stem '" + stem + "' for a segmentation of time " + detail::time_text(frame_time_s),
+        "the frame's time, to 1 ms");
   }
   const std::string mask_time = detail::time_text(segmentation.timestamp_s);
   if (!detail::is_time_in_seconds(segmentation.timestamp_s)) {

@@ -73,12 +73,14 @@ TEST(MaskFolderSegmenter, RefusesMalformedTables) {
       {"frame,instance\n", ":1: got 'frame,instance'; want the header"},
       {table_header + good + "1.5,2,0,0.9,0,0,4\n", ":3: got 7 columns; want frame,instance"},
       {table_header + "\r\nx,1,0,0.9,0,0,4,5\r\n", ":3: frame: got 'x'"},
-      {table_header + "1.5,0,0,0.9,0,0,4,5\n", ":2: instance: got '0'; want 1 to 65535"},
+      {table_header + "1.5,0,0,0.9,0,0,4,5\n",
+       ":2: instance: got '0'; want a whole number from 1 to 65535"},
       {table_header + "1.5,1,person,0.9,0,0,4,5\n",
        ":2: class_id: got 'person'; want a whole number"},
       {table_header + "1.5,1,0,1.1,0,0,4,5\n", ":2: score: got '1.1'; want 0 to 1"},
       {table_header + "1.5,1,0,0.9,0,99999999999,4,5\n", ":2: y: got '99999999999'"},
-      {table_header + "1.5,1,0,0.9,0,0,-4,5\n", ":2: width and height: got '-4' and '5'"},
+      {table_header + "1.5,1,0,0.9,0,0,-4,5\n",
+       ":2: width: got '-4'; want a whole number from 0 to"},
       {table_header + good + good, ":3: instance 1 of frame 1.5 is in an earlier line already"},
       {table_header + good + "1.6,1,0,0.9,0,0,4,5\n", ":3: frame 1.6 has no mask 1.6.png"},
   };
@@ -284,7 +286,7 @@ TEST(MaskFolderSegmenter, RefusesMasksThatDoNotFit) {
   folder.write("1.png", bytes.substr(0, bytes.size() / 2));
   expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); }, "cannot be decoded");
   fs::remove(folder / "1.png");
-  expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); }, "1.png: cannot be read");
+  expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); }, "1.png: there is no such file");
 }
 
 // --- Recorded masks ------------------------------------------------------------------------------

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -67,12 +68,12 @@ class MaskFolderWriter {
   /// RgbdSequenceEntry::stem. Unless `any_names`, throws std::invalid_argument also for a stem that
   /// is not a time in seconds or nanoseconds, and for one more than 1 ms from timestamp_s, where
   /// MaskFolderSegmenter would not find the mask.
-  void add(const Segmentation& segmentation, const std::string& stem);
-
-  /// Adds masks that were made of the image of segmentation.timestamp_s, an earlier one than the
-  /// frame's if they are late. If the two times differ by more than 1 ms, the table gets the column
-  /// mask_time. Masks without instances have no row, so their time is lost. Throws as above.
-  void add(const Segmentation& segmentation, const std::string& stem, double frame_timestamp_s);
+  ///
+  /// Masks may be late: made of an earlier image, that of segmentation.timestamp_s. If the frame's
+  /// time differs from it by more than 1 ms, the table gets the column mask_time. Masks without
+  /// instances have no row, so their time is lost.
+  void add(const Segmentation& segmentation, const std::string& stem,
+           std::optional<double> frame_timestamp_s = {});
 
   /// Moves the masks into the folder and replaces earlier ones. No frame can be added afterwards; a
   /// second call does nothing. Throws std::invalid_argument if no frame was added, and
