@@ -7,7 +7,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -15,6 +14,7 @@
 #include <fstream>
 #include <ios>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -30,12 +30,8 @@ namespace dynfilter::detail {
 
 /// Tells whether a PNG file lacks its last chunk. libpng prints a line when it decodes such a file.
 inline bool is_truncated_png(const std::vector<std::uint8_t>& bytes) {
-  constexpr std::array<std::uint8_t, 8> signature = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
-  constexpr std::array<std::uint8_t, 4> last_chunk = {'I', 'E', 'N', 'D'};
-  if (bytes.size() < signature.size()) return false;
-  if (!std::equal(signature.begin(), signature.end(), bytes.begin())) return false;
-  return std::search(bytes.begin(), bytes.end(), last_chunk.begin(), last_chunk.end()) ==
-         bytes.end();
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  return text.substr(0, 8) == "\x89PNG\r\n\x1A\n" && text.find("IEND") == text.npos;
 }
 
 /// Tells whether a JPEG file ends before its marker "end of image". libjpeg decodes such a file and

@@ -5,22 +5,20 @@
 
 #pragma once
 
+#include <unistd.h>
+
 #include <memory>
 #include <mutex>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
-#if defined(__unix__) || defined(__APPLE__)
-#include <unistd.h>
-#endif
-
 namespace dynfilter::detail {
 
 /// The process in which an object was made.
 class HomeProcess {
  public:
-  bool is_here() const { return number_ == here(); }
+  bool is_here() const { return number_ == ::getpid(); }
 
   /// Throws std::runtime_error in any other process.
   void require_here(const char* component) const {
@@ -31,15 +29,7 @@ class HomeProcess {
   }
 
  private:
-  static long here() {
-#if defined(__unix__) || defined(__APPLE__)
-    return ::getpid();
-#else
-    return 0;
-#endif
-  }
-
-  long number_ = here();
+  pid_t number_ = ::getpid();
 };
 
 /// Destroys an object, except in a child process: to destroy it would wait there for threads that

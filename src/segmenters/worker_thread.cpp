@@ -26,15 +26,10 @@ struct RunningThread {
   std::mutex mutex;  // of the thread that ends it
   std::function<void()> stop;
   std::thread thread;
-  HomeProcess home;
   bool has_done_a_job = false;  // the thread's
 
   void end() {
     if (own == this) return;  // before the lock, which who waits for this thread may hold
-    if (!home.is_here()) {
-      if (thread.joinable()) thread.detach();  // a child process has no such thread
-      return;
-    }
     const std::lock_guard<std::mutex> lock(mutex);
     if (!thread.joinable()) return;
     stop();
@@ -121,16 +116,11 @@ void WorkerThread::start(std::function<void()> work, std::function<void()> stop)
   enlist(running);
   running->stop = std::move(stop);
   running_ = running;  // the thread may need it at once
-  try {
-    const std::lock_guard<std::mutex> lock(running->mutex);
-    running->thread = std::thread([work = std::move(work), self = running.get()] {
-      RunningThread::own = self;
-      work();
-    });
-  } catch (...) {
-    running_.reset();
-    throw;
-  }
+  const std::lock_guard<std::mutex> lock(running->mutex);
+  running->thread = std::thread([work = std::move(work), self = running.get()] {
+    RunningThread::own = self;
+    work();
+  });
 }
 
 void WorkerThread::note_job() {

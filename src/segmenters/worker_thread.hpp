@@ -15,7 +15,8 @@ struct RunningThread;
 /// Hosts often end without destroying their tracker. Then the process destroys its static objects,
 /// OpenCV's codecs among them, while the thread still uses them. So the thread is ended before: at
 /// the end of the main thread, if that started it, and else in the order in which static objects
-/// are destroyed. The latter is in time for what the first job made, if that was done.
+/// are destroyed. The latter is in time for what the first job made, if that was done. A child
+/// process, which has no such thread, must not destroy it: see destroy_at_home.
 class WorkerThread {
  public:
   /// Starts no thread yet.
@@ -32,8 +33,8 @@ class WorkerThread {
   /// Notes that a job is done. `work` calls this after its first job, at least.
   void note_job();
 
-  /// Calls `stop` and waits until `work` returned. Does nothing if that was done, within `work`,
-  /// and in a child process, which has no such thread.
+  /// Calls `stop` and waits until `work` returned. Does nothing if that was done, and within
+  /// `work`.
   void end();
 
  private:
