@@ -27,7 +27,7 @@
 
 #include "dynfilter/detail/errors.hpp"
 #include "io/file_error.hpp"
-#include "remote/protocol.hpp"
+#include "remote_protocol.hpp"
 
 namespace dynfilter {
 namespace detail::remote {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "segmenters/remote/protocol.hpp"
+#include "segmenters/remote_protocol.hpp"
 
 #include "support/remote_messages.hpp"
 #include "support/remote_reply_property.hpp"

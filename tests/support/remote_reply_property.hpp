@@ -6,7 +6,7 @@
 #include <cstring>
 #include <string>
 
-#include "segmenters/remote/protocol.hpp"
+#include "segmenters/remote_protocol.hpp"
 #include "support/remote_messages.hpp"
 
 namespace dynfilter::testing {

@@ -1,21 +1,65 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "protocol.hpp"
+#pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <cstring>
+#include <stdexcept>
+#include <string>
 #include <utility>
+#include <vector>
+
+#include <opencv2/core.hpp>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/rectangles.hpp"
+#include "dynfilter/frame.hpp"
+#include "dynfilter/segmentation.hpp"
 
 #if __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
 #error "RemoteSegmenter is for little-endian processors: leave it out in src/segmenters"
 #endif
 
+/// The bytes exchanged with another process, without the socket. examples/remote_masks/README.md
+/// specifies the layout; this code follows it.
 namespace dynfilter::detail::remote {
-namespace {
+
+constexpr std::uint16_t protocol_version = 1;
+
+constexpr int max_side_px = 16384;
+constexpr int max_pixels = 1 << 25;
+constexpr std::uint32_t max_instances = 1000;
+constexpr std::uint32_t max_reply_bytes = 64U << 20U;
+constexpr std::uint32_t max_error_bytes = 4096;
+constexpr int max_box_coordinate_px = 1 << 20;
+
+enum class MessageType : std::uint16_t { frame = 1, instances = 2, error = 3 };
+
+/// The start of every message, as it is sent.
+struct Header {
+  std::uint8_t magic[4] = {'D', 'Y', 'N', 'F'};
+  std::uint16_t version = protocol_version;
+  MessageType type = MessageType::frame;
+  std::uint32_t payload_bytes = 0;
+  std::uint32_t reserved = 0;
+  std::uint64_t request = 0;  ///< counts the frames sent; a reply has its frame's number
+};
+static_assert(sizeof(Header) == 24, "the protocol's");
+
+/// Reports a connection that could not be made or is useless now. The message lacks the path.
+class ConnectionError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Reports bytes from the other side that violate the protocol. The message lacks the path.
+class ProtocolError : public ConnectionError {
+ public:
+  using ConnectionError::ConnectionError;
+};
 
 struct FrameHead {
   std::uint64_t frame_id;
@@ -52,14 +96,14 @@ void append(std::vector<std::uint8_t>& bytes, const Struct& values) {
   bytes.insert(bytes.end(), begin, begin + sizeof values);
 }
 
-cv::Rect rect_of(const Rectangle& r) { return {r.x, r.y, r.width, r.height}; }
+inline cv::Rect rect_of(const Rectangle& r) { return {r.x, r.y, r.width, r.height}; }
 
-bool is_reasonable(const Rectangle& box) {
+inline bool is_reasonable(const Rectangle& box) {
   return std::min(box.x, box.y) >= -max_box_coordinate_px && std::min(box.width, box.height) >= 0 &&
          std::max({box.x, box.y, box.width, box.height}) <= max_box_coordinate_px;
 }
 
-void require_valid(const InstanceRow& row, std::uint32_t index, cv::Size image) {
+inline void require_valid(const InstanceRow& row, std::uint32_t index, cv::Size image) {
   const auto text_of = [](const Rectangle& r) {
     return concatenate(r.width, 'x', r.height, " at ", r.x, ',', r.y);
   };
@@ -81,13 +125,13 @@ void require_valid(const InstanceRow& row, std::uint32_t index, cv::Size image) 
   }
 }
 
-std::size_t area(const Rectangle& mask) {
+inline std::size_t area(const Rectangle& mask) {
   return static_cast<std::size_t>(mask.width) * static_cast<std::size_t>(mask.height);
 }
 
-}  // namespace
-
-void require_reply(const Header& header) {
+/// Throws ProtocolError unless the header is that of a reply or an error, of this protocol and
+/// version, and announces an allowed length.
+inline void require_reply(const Header& header) {
   if (std::memcmp(header.magic, Header().magic, sizeof header.magic) != 0) {
     refuse("it does not start with DYNF");
   }
@@ -106,7 +150,9 @@ void require_reply(const Header& header) {
   if (header.reserved != 0) refuse("reserved bytes of the header are not 0");
 }
 
-void require_sendable(const cv::Mat& image, const char* component) {
+/// Throws std::invalid_argument for an image that cannot be sent; the message begins with
+/// `component`.
+inline void require_sendable(const cv::Mat& image, const char* component) {
   const bool fits = !image.empty() && image.dims == 2 && image.cols <= max_side_px &&
                     image.rows <= max_side_px && image.total() <= std::size_t{max_pixels} &&
                     (image.type() == CV_8UC1 || image.type() == CV_8UC3);
@@ -119,7 +165,8 @@ void require_sendable(const cv::Mat& image, const char* component) {
                            max_pixels, " pixels"));
 }
 
-std::vector<std::uint8_t> encode_frame_head(std::uint64_t request, const FrameView& frame) {
+/// Encodes the header and head of a frame's message. The image's rows follow.
+inline std::vector<std::uint8_t> encode_frame_head(std::uint64_t request, const FrameView& frame) {
   const cv::Mat& image = frame.image;
   FrameHead head{};
   head.frame_id = frame.id;
@@ -136,8 +183,11 @@ std::vector<std::uint8_t> encode_frame_head(std::uint64_t request, const FrameVi
   return bytes;
 }
 
-Segmentation decode_instances(const std::vector<std::uint8_t>& payload, std::uint64_t frame_id,
-                              double timestamp_s, cv::Size image_size) {
+/// Decodes the answer to a frame of this id, time and size from the payload of a message of type
+/// `instances`. Throws ProtocolError for anything else before it allocates. O(bytes).
+inline Segmentation decode_instances(const std::vector<std::uint8_t>& payload,
+                                     std::uint64_t frame_id, double timestamp_s,
+                                     cv::Size image_size) {
   ReplyHead head{};
   if (payload.size() < sizeof head) refuse("only ", payload.size(), " bytes");
   std::memcpy(&head, payload.data(), sizeof head);
@@ -183,7 +233,8 @@ Segmentation decode_instances(const std::vector<std::uint8_t>& payload, std::uin
   return result;
 }
 
-std::string decode_error(const std::vector<std::uint8_t>& payload) {
+/// Returns the text of a message of type `error` on one line: control characters become blanks.
+inline std::string decode_error(const std::vector<std::uint8_t>& payload) {
   std::string text(payload.begin(), payload.end());
   for (char& letter : text) {
     const auto code = static_cast<unsigned char>(letter);
