@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <iterator>
 #include <limits>
 #include <set>
 #include <tuple>
@@ -65,12 +66,14 @@ double box_overlap(const cv::Rect2d& a, const cv::Rect2d& b) {
   return both > 0 ? both / (a.area() + b.area() - both) : 0;
 }
 
+using Steps = std::deque<detail::FlowStep>;
+
 /// The place of a result in the history.
 struct ResultPlace {
-  double timestamp_s;       // of the result
-  double step_timestamp_s;  // of the history's frame that the result belongs to
-  std::deque<detail::FlowStep>::const_iterator first_step;  // after that frame
-  bool is_known;
+  double timestamp_s;          // of the image that was segmented
+  Steps::const_iterator step;  // into that image, or else into the next one; none in the future
+
+  bool is_known() const { return step->timestamp_s == timestamp_s; }
 };
 
 }  // namespace
@@ -150,22 +153,16 @@ struct MaskPropagator::State {
     const auto find = [&](const auto& is_own) {
       return std::find_if(steps.begin(), steps.end(), is_own);
     };
-    const auto own = [](std::deque<detail::FlowStep>::const_iterator step) {
-      return ResultPlace{step->timestamp_s, step->timestamp_s, step + 1, true};
-    };
-    const auto same_time =
-        find([&](const detail::FlowStep& step) { return step.timestamp_s == result.timestamp_s; });
-    if (same_time != steps.end()) return own(same_time);
-    const auto has_id = [&](const detail::FlowStep& step) {
-      return step.frame_id == result.frame_id;
-    };
+    const auto not_before =
+        find([&](const auto& s) { return s.timestamp_s >= result.timestamp_s; });
+    const ResultPlace by_time{result.timestamp_s, not_before};
+    if (not_before != steps.end() && by_time.is_known()) return by_time;
+    const auto has_id = [&](const auto& step) { return step.frame_id == result.frame_id; };
     if (steps.size() > 1 && std::count_if(steps.begin(), steps.end(), has_id) == 1) {
-      return own(find(has_id));
+      const auto step = find(has_id);
+      return {step->timestamp_s, step};
     }
-    const auto later =
-        find([&](const detail::FlowStep& step) { return step.timestamp_s > result.timestamp_s; });
-    if (later == steps.end()) return {result.timestamp_s, result.timestamp_s, later, false};
-    return {result.timestamp_s, later->timestamp_s, later + 1, false};
+    return by_time;
   }
 
   /// Replaces the known instances by the result's, moved to the newest frame.
@@ -185,7 +182,8 @@ struct MaskPropagator::State {
       return std::exchange(next_track_id, following(next_track_id));
     };
 
-    const std::vector<Known*> match = matches(result, place.step_timestamp_s);
+    const Steps::const_iterator first_step = std::next(place.step);
+    const std::vector<Known*> match = matches(result, place.step->timestamp_s);
     std::vector<Known> next;
     for (std::size_t i = 0; i < result.instances.size(); ++i) {
       const Instance& instance = result.instances[i];
@@ -196,14 +194,14 @@ struct MaskPropagator::State {
       one.track_id = one.came_with_id ? *instance.track_id
                      : keeps_id       ? match[i]->track_id
                                       : give_id();
-      std::for_each(place.first_step, steps.cend(),
+      std::for_each(first_step, steps.cend(),
                     [&](const detail::FlowStep& step) { one.instance.advance(step); });
       one.instance.settle();
       next.push_back(std::move(one));
     }
     const auto found = static_cast<std::ptrdiff_t>(next.size());
     // What a result of the newest frame itself misses is not there.
-    const bool is_late = !place.is_known || place.first_step != steps.cend();
+    const bool is_late = !place.is_known() || first_step != steps.cend();
     for (Known& one : known) {
       const bool is_found = std::find(match.begin(), match.end(), &one) != match.end();
       if (is_found || !is_late || ++one.missed > max_missed) continue;
@@ -243,7 +241,7 @@ struct MaskPropagator::State {
 
   MaskPropagatorOptions options;
   detail::PointFlow flow = {};
-  std::deque<detail::FlowStep> steps = {};  // by time; the last one leads into the newest frame
+  Steps steps = {};  // by time; the last one leads into the newest frame
   std::vector<Known> known = {};
   cv::Size size = {};
   int next_track_id = 0;

@@ -286,7 +286,8 @@ TEST(MaskFolderSegmenter, RefusesMasksThatDoNotFit) {
   folder.write("1.png", bytes.substr(0, bytes.size() / 2));
   expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); }, "cannot be decoded");
   fs::remove(folder / "1.png");
-  expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); }, "1.png: there is no such file");
+  expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); },
+                                   "1.png: there is no such file");
 }
 
 // --- Recorded masks ------------------------------------------------------------------------------
