@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Times D-LBP, dense and at points, by every instruction set of this processor, beside alternatives
-// and beside memcpy of the depth image, which no reader of the image can beat by much. Compares
-// each result with the naive one before it is timed.
+// Times D-LBP, dense and at points, beside alternatives and beside memcpy of the depth image, which
+// no reader of the image can beat by much. Compares each result with the naive one before it is
+// timed.
 //
-//   dense/<u16|f32>/<width>x<height>/<portable|sse2|avx2|best>  ours; users get `best`
+//   dense/<u16|f32>/<width>x<height>/<best|without_avx2>               ours; users get `best`
 //   dense/<u16|f32>/<width>x<height>/<memcpy|mat_at|bgr2gray|dlib>
 //   sparse/<u16|f32>/1000/<codes|naive>/<warm|cold>                    640x480
 
@@ -34,8 +34,6 @@ std::function<int()> dlib_lbp(const cv::Mat& image);  // dlib_lbp.cpp, if built 
 }
 
 namespace {
-
-using detail::InstructionSet;
 
 template <class Depth>
 constexpr int mat_type = cv::DataType<Depth>::type;
@@ -82,14 +80,6 @@ void time_dense(benchmark::State& state, const cv::Size& size, const MakeCodes& 
     benchmark::DoNotOptimize(codes.data);
     benchmark::ClobberMemory();
   }
-}
-
-template <class Depth>
-void dense_by(benchmark::State& state, const cv::Size& size, InstructionSet set) {
-  const detail::DepthLbpRule<Depth> rule = {{0, 1, 2, 3, 4, 5, 6, 7}, detail::depth_bias<Depth>()};
-  time_dense<Depth>(state, size, [&](const cv::Mat& depth, cv::Mat& codes) {
-    detail::dense_depth_lbp(depth, cv::Rect({0, 0}, size), rule, set, codes);
-  });
 }
 
 template <class Depth>
@@ -203,11 +193,6 @@ void dense_by_dlib(benchmark::State& state, const cv::Size& size) {
 }
 #endif
 
-std::string name_of(InstructionSet set) {
-  static constexpr const char* names[] = {"portable", "sse2", "avx2"};
-  return names[static_cast<std::size_t>(set)];
-}
-
 template <class Depth>
 void register_dense(const cv::Size& size) {
   const std::string prefix = std::string("dense/") + depth_name<Depth> + "/" +
@@ -216,12 +201,14 @@ void register_dense(const cv::Size& size) {
     return benchmark::RegisterBenchmark((prefix + name).c_str(), function)
         ->Unit(benchmark::kMicrosecond);
   };
-  for (const InstructionSet set : detail::supported_instruction_sets()) {
-    add(name_of(set), [=](benchmark::State& state) { dense_by<Depth>(state, size, set); });
-  }
   add("best", [=](benchmark::State& state) {
     time_dense<Depth>(state, size, [](const cv::Mat& depth, cv::Mat& codes) {
       dense_depth_lbp(depth, cv::Rect({0, 0}, depth.size()), codes);
+    });
+  });
+  add("without_avx2", [=](benchmark::State& state) {
+    time_dense<Depth>(state, size, [](const cv::Mat& depth, cv::Mat& codes) {
+      detail::dense_depth_lbp<Depth>(depth, cv::Rect({0, 0}, depth.size()), codes, false);
     });
   });
   add("memcpy", [=](benchmark::State& state) { copy<Depth>(state, size); });

@@ -14,7 +14,6 @@ import os
 import statistics
 import sys
 
-SETS = ["avx2", "sse2"]
 USUAL = "640x480/1000/3"  # image, features, instances
 
 
@@ -40,7 +39,7 @@ def ratios_of(times, allocations):
 
     for kind in ["u16", "f32"]:
         of = lambda name, kind=kind: times.get(f"dense/{kind}/640x480/{name}")
-        for suffix, ours in [("", of("best"))] + [(f"_{name}", of(name)) for name in SETS]:
+        for suffix, ours in [("", of("best")), ("_without_avx2", of("without_avx2"))]:
             yield f"dense_{kind}_vs_mat_at{suffix}", over(of("mat_at"), ours)
             yield f"dense_{kind}_vs_dlib{suffix}", over(of("dlib"), ours)
             yield f"dense_{kind}_over_memcpy{suffix}", over(ours, of("memcpy"))

@@ -11,7 +11,7 @@ usage: bench/run.sh [--quick] [--out DIR] [--readme] [-h]
 Builds the benchmarks of D-LBP and of the whole filter in a Release build. Runs them several times in
 random order, each beside its physical limit (memcpy) and the alternatives. Prints medians, then lines
 `ratio <name> <value>`: `_vs_` is the peer's time over ours, `_over_` ours over the other's, with the
-best instruction set or the one that the name ends with. Writes JSON files into DIR.
+best instruction set, or without AVX2 where the name ends so. Writes JSON files into DIR.
 Every benchmark checks its result before it is timed.
 Installs the packages that are missing (Debian, Ubuntu), or says which.
 

@@ -9,7 +9,6 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
-#include <array>
 #include <cstdint>
 
 #include <opencv2/core.hpp>
@@ -35,14 +34,10 @@ inline void dense_depth_lbp(const cv::Mat& depth, const cv::Rect& region, cv::Ma
     codes = cv::Mat::zeros(depth.size(), CV_8UC1);
   }
   const cv::Rect inside = detail::clip(region, depth.size());
-  constexpr std::array<std::uint8_t, 8> bits = {0, 1, 2, 3, 4, 5, 6, 7};
   if (depth.type() == CV_16UC1) {
-    detail::dense_depth_lbp<std::uint16_t>(depth, inside,
-                                           {bits, detail::depth_bias<std::uint16_t>()},
-                                           detail::best_instruction_set(), codes);
+    detail::dense_depth_lbp<std::uint16_t>(depth, inside, codes);
   } else {
-    detail::dense_depth_lbp<float>(depth, inside, {bits, detail::depth_bias<float>()},
-                                   detail::best_instruction_set(), codes);
+    detail::dense_depth_lbp<float>(depth, inside, codes);
   }
 }
 

@@ -7,8 +7,10 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -22,24 +24,28 @@ namespace dynfilter {
 /// Pixels of one frame's features, and the features inside a box. Stages get it from
 /// frame_features.
 ///
-/// The features are sorted into the cells of a grid once, so that a box costs only the features
-/// near it, however many features and boxes there are. A query holds no memory: queries may nest,
-/// and many threads may ask at once.
+/// The features are sorted into strips of columns once, so that a box costs only the features of
+/// its strips, however many features and boxes there are. A query holds no memory: queries may
+/// nest, and many threads may ask at once.
 class FrameFeatures {
  public:
   /// Reads the features' pixels, reusing memory. O(features).
   void read(FeaturesView features) {
     is_kept_ = false;
     view_ = features;
-    x_.resize(features.size());
-    y_.resize(features.size());
-    for (std::size_t i = 0; i < x_.size(); ++i) {
-      const cv::Point pixel = features.pixel(i);
-      x_[i] = pixel.x;
-      y_[i] = pixel.y;
+    pixels_.resize(features.size());
+    places_.resize(features.size());
+    // A counting sort. Counts stand two places late: strip k starts at [k + 1] then, which filling
+    // it advances to its end, so that at last strip k lies between [k] and [k + 1].
+    strip_begins_.fill(0);
+    for (std::size_t i = 0; i < size(); ++i) {
+      pixels_[i] = features.pixel(i);
+      ++strip_begins_[strip_of(pixels_[i].x) + 2];
     }
-    lay_grid();
-    sort_into_cells();
+    std::partial_sum(strip_begins_.begin(), strip_begins_.end(), strip_begins_.begin());
+    for (std::uint32_t i = 0; i < size(); ++i) {
+      places_[strip_begins_[strip_of(pixels_[i].x) + 1]++] = {pixels_[i], i};
+    }
   }
 
   /// Object that keeps features read for all stages of a pipeline: while it lives, frame_features
@@ -65,10 +71,10 @@ class FrameFeatures {
   }
 
   /// Number of features.
-  std::size_t size() const { return x_.size(); }
+  std::size_t size() const { return pixels_.size(); }
 
   /// Pixel of feature i, as FeaturesView::pixel returns it. i must be below size().
-  cv::Point pixel(std::size_t i) const { return {x_[i], y_[i]}; }
+  cv::Point pixel(std::size_t i) const { return pixels_[i]; }
 
   class Inside;
 
@@ -76,7 +82,7 @@ class FrameFeatures {
   /// loop, in no specified order. The box may lie outside the image; its right and lower edges do
   /// not belong to it. The result refers to this object and is valid until the next call of `read`.
   /// Write the type, cv::Rect(x, y, width, height), because bare braces are ambiguous. O(features
-  /// near the box).
+  /// in the box's strips).
   Inside inside(const cv::Rect& box) const;
 
   /// Returns the features inside bounds, for the library's own stages: a rectangle whose width or
@@ -84,90 +90,29 @@ class FrameFeatures {
   Inside inside(const detail::PixelBounds& bounds) const;
 
  private:
-  static constexpr int max_coordinate = (1 << 16) - 1;  // on the grid, of any image's pixel
+  // A fixed number, so that no frame needs more memory. The last one holds all columns beyond.
+  static constexpr int strips = 512, strip_px = 16;
 
-  /// Feature in its cell.
+  /// Feature in its strip.
   struct Place {
-    int x, y;
+    cv::Point pixel;
     std::uint32_t feature;
   };
 
-  /// Number of cells, at most: one for about two features.
-  std::size_t max_cells() const { return 64 + size() / 2; }
-
-  /// Chooses the width of the grid's cells, and how many they are. The grid spans the coordinates
-  /// that features in images have.
-  void lay_grid() {
-    const int max_x = max_of(x_), max_y = max_of(y_);
-    const auto cells = [&](int shift) {
-      return (std::int64_t{max_x >> shift} + 1) * ((max_y >> shift) + 1);
-    };
-    cell_shift_ = 0;
-    while (cells(cell_shift_) > static_cast<std::int64_t>(max_cells())) ++cell_shift_;
-    columns_ = (max_x >> cell_shift_) + 1;
-    rows_ = (max_y >> cell_shift_) + 1;
-  }
-
-  /// Returns the largest coordinate that a pixel of an image may have; 0 if there is none.
-  static int max_of(const std::vector<int>& coordinates) {
-    int result = 0;
-    for (const int coordinate : coordinates) {
-      result = std::max(result, coordinate <= max_coordinate ? coordinate : 0);
-    }
-    return result;
-  }
-
-  /// Sorts the features by cell (counting sort).
-  void sort_into_cells() {
-    cell_begins_.reserve(max_cells() + 2);  // the same for all frames of as many features
-    cell_begins_.assign(static_cast<std::size_t>(columns_ * rows_) + 2, 0);
-    cells_.resize(size());
-    places_.resize(size());
-    // Copies, because compilers must assume that writing cells changes members.
-    const int columns = columns_, rows = rows_, shift = cell_shift_;
-    for (std::size_t i = 0; i < size(); ++i) {
-      cells_[i] = static_cast<std::uint32_t>(along(y_[i], rows, shift) * columns +
-                                             along(x_[i], columns, shift));
-    }
-    for (const std::uint32_t cell : cells_) ++cell_begins_[cell + 2];
-    add_up(cell_begins_);
-    for (std::uint32_t i = 0; i < size(); ++i) {
-      Place& place = places_[cell_begins_[cells_[i] + 1]++];
-      place.x = x_[i];
-      place.y = y_[i];
-      place.feature = i;
-    }
-  }
-
-  /// Turns counts into start offsets of the parts of a counting sort, one place late: part k starts
-  /// at [k + 1]. Filling a part advances its offset to the part's end, so that afterwards part k
-  /// lies between [k] and [k + 1].
-  static void add_up(std::vector<std::uint32_t>& counts) {
-    for (std::size_t k = 2; k < counts.size(); ++k) counts[k] += counts[k - 1];
-  }
-
-  /// Column or row of cells that a coordinate lies in. What is left of the grid or above it is in
-  /// the first one, what is beyond it in the last.
-  static int along(int coordinate, int cells, int cell_shift) {
-    return std::min(std::max(coordinate, 0) >> cell_shift, cells - 1);
+  static std::size_t strip_of(int x) {
+    return static_cast<std::size_t>(std::clamp(x, 0, strips * strip_px - 1) / strip_px);
   }
 
   bool is_kept_ = false;  // by a Reading
   FeaturesView view_;
-  std::vector<int> x_, y_;                  // the pixels
-  int cell_shift_ = 0;                      // a cell is 2^shift pixels wide and high
-  int columns_ = 1, rows_ = 1;              // of cells
-  std::vector<std::uint32_t> cells_;        // the cell of each feature
-  std::vector<Place> places_;               // features by cell, row by row
-  std::vector<std::uint32_t> cell_begins_;  // of each cell's part, and the end
+  std::vector<cv::Point> pixels_;
+  std::vector<Place> places_;  // features by strip
+  std::array<std::uint32_t, strips + 2> strip_begins_ = {};
 };
 
-/// Answer of FrameFeatures::inside: walks through the cells that meet the bounds.
+/// Answer of FrameFeatures::inside: walks through the strips that meet the bounds.
 class FrameFeatures::Inside {
  public:
-  /// End of every walk.
-  struct End {};
-
   /// Place of the walk.
   class Iterator {
    public:
@@ -179,64 +124,42 @@ class FrameFeatures::Inside {
       find_next();
       return *this;
     }
-    /// Whether there is a feature.
-    bool operator!=(End) const { return place_ != nullptr; }
+    /// Whether the walk is at another place.
+    bool operator!=(const Iterator& other) const { return place_ != other.place_; }
 
    private:
     friend class Inside;
 
-    explicit Iterator(const Inside& range) : range_(range), row_(range.first_row_) {
-      if (range_.bounds_.empty()) return;
-      enter_row();
+    Iterator(const Inside& range, const Place* place) : range_(range), place_(place) {
       find_next();
     }
 
-    /// Goes to the cells of a row, which follow each other.
-    void enter_row() {
-      const FrameFeatures& features = *range_.features_;
-      const auto first = static_cast<std::size_t>(row_ * features.columns_ + range_.first_column_);
-      const auto last = static_cast<std::size_t>(row_ * features.columns_ + range_.last_column_);
-      place_ = features.places_.data() + features.cell_begins_[first];
-      row_end_ = features.places_.data() + features.cell_begins_[last + 1];
-    }
-
     void find_next() {
-      for (;;) {
-        while (place_ != row_end_ && !range_.bounds_.contains(place_->x, place_->y)) ++place_;
-        if (place_ != row_end_) return;
-        if (row_ == range_.last_row_) break;
-        ++row_;
-        enter_row();
+      while (place_ != range_.end_ && !range_.bounds_.contains(place_->pixel.x, place_->pixel.y)) {
+        ++place_;
       }
-      place_ = nullptr;
     }
 
     const Inside& range_;
-    int row_;
-    const Place* place_ = nullptr;
-    const Place* row_end_ = nullptr;
+    const Place* place_;
   };
 
   /// First feature.
-  Iterator begin() const { return Iterator(*this); }
+  Iterator begin() const { return {*this, begin_}; }
   /// End of the features.
-  End end() const { return {}; }
+  Iterator end() const { return {*this, end_}; }
 
  private:
   friend class FrameFeatures;
 
-  Inside(const FrameFeatures& features, const detail::PixelBounds& bounds)
-      : features_(&features), bounds_(bounds) {
+  Inside(const FrameFeatures& features, const detail::PixelBounds& bounds) : bounds_(bounds) {
     if (bounds.empty()) return;
-    first_column_ = along(bounds.first_x, features.columns_, features.cell_shift_);
-    last_column_ = along(bounds.last_x, features.columns_, features.cell_shift_);
-    first_row_ = along(bounds.first_y, features.rows_, features.cell_shift_);
-    last_row_ = along(bounds.last_y, features.rows_, features.cell_shift_);
+    begin_ = features.places_.data() + features.strip_begins_[strip_of(bounds.first_x)];
+    end_ = features.places_.data() + features.strip_begins_[strip_of(bounds.last_x) + 1];
   }
 
-  const FrameFeatures* features_;
   detail::PixelBounds bounds_;
-  int first_column_ = 0, last_column_ = 0, first_row_ = 0, last_row_ = 0;
+  const Place *begin_ = nullptr, *end_ = nullptr;
 };
 
 inline FrameFeatures::Inside FrameFeatures::inside(const cv::Rect& box) const {

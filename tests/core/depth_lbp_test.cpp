@@ -76,11 +76,14 @@ TEST(DepthLbp, AnEmptyDepthImageHasNoCodes) {
 
 // --- Dense D-LBP ---------------------------------------------------------------------------------
 //
-// Every instruction set of this processor gives the codes of the oracle, bit for bit. Images and
+// The kernels give the codes of the oracle, bit for bit, with and without AVX2. Images and
 // codes lie in allocations of their exact size, so that the address sanitizer sees accesses beyond
 // them.
 
-using detail::InstructionSet;
+/// Whether to use AVX2: no and, if this processor has it, yes.
+std::vector<bool> kernels() {
+  return detail::has_avx2() ? std::vector{false, true} : std::vector{false};
+}
 
 /// Matrix in its own allocation, with nothing before, after or between its rows.
 template <class Value>
@@ -145,12 +148,6 @@ cv::Mat oracle_codes(const cv::Mat& depth) {
   return codes;
 }
 
-template <class Depth>
-void dense_by(InstructionSet set, const cv::Mat& depth, const cv::Rect& region, cv::Mat& codes) {
-  const detail::DepthLbpRule<Depth> rule = {{0, 1, 2, 3, 4, 5, 6, 7}, detail::depth_bias<Depth>()};
-  detail::dense_depth_lbp(depth, region, rule, set, codes);
-}
-
 /// Expects equal codes, and names the first pixel that differs.
 ::testing::AssertionResult equal(const cv::Mat& a, const cv::Mat& b) {
   const cv::Mat differs = a != b;
@@ -167,40 +164,38 @@ TYPED_TEST_SUITE(DepthLbpDense, Depths, );
 
 /// Compares the codes of a whole image of arbitrary depths with the oracle's.
 template <class Depth>
-void expect_oracle_of_every_set(const cv::Size& size, std::uint64_t seed) {
+void expect_oracle_of_kernels(const cv::Size& size, std::uint64_t seed) {
   ByteSource source(seed);
   ExactMatrix<Depth> depth(size, Depth{0});
   fill<Depth>(source, depth.mat);
   const cv::Mat expected = oracle_codes(depth.mat);
-  for (const InstructionSet set : detail::supported_instruction_sets()) {
+  for (const bool avx2 : kernels()) {
     ExactMatrix<std::uint8_t> codes(size, 99);
-    dense_by<Depth>(set, depth.mat, cv::Rect({0, 0}, size), codes.mat);
-    ASSERT_TRUE(equal(codes.mat, expected)) << "set " << static_cast<int>(set);
+    detail::dense_depth_lbp<Depth>(depth.mat, cv::Rect({0, 0}, size), codes.mat, avx2);
+    ASSERT_TRUE(equal(codes.mat, expected)) << "avx2 " << avx2;
   }
 }
 
-TYPED_TEST(DepthLbpDense, InstructionSetsMatchTheOracleAtEveryWidth) {
+TYPED_TEST(DepthLbpDense, KernelsMatchTheOracleAtEveryWidth) {
   for (int width = 1; width <= 300; width += width < 70 ? 1 : 7) {
-    ASSERT_NO_FATAL_FAILURE(expect_oracle_of_every_set<TypeParam>(
-        {width, 1 + width % 11}, static_cast<std::uint64_t>(width)));
+    ASSERT_NO_FATAL_FAILURE(expect_oracle_of_kernels<TypeParam>({width, 1 + width % 11},
+                                                                static_cast<std::uint64_t>(width)));
   }
 }
 
-TYPED_TEST(DepthLbpDense, InstructionSetsMatchTheOracleOnLargeImages) {
-  // Widths at which the kernels process few or many rows together, in one to five bands; two of the
-  // heights for each in turn.
-  constexpr int heights[] = {3, 26, 27, 50, 59, 74, 101};
+TYPED_TEST(DepthLbpDense, KernelsMatchTheOracleOnLargeImages) {
+  constexpr int heights[] = {3, 26, 27, 50, 59, 74, 101};  // two of them for each width in turn
   int turn = 0;
   for (const int width : {66, 130, 512, 600, 1024, 1280, 1281, 2048, 2561, 4096}) {
     for (const int height : {heights[turn % 7], heights[(turn + 3) % 7]}) {
-      ASSERT_NO_FATAL_FAILURE(expect_oracle_of_every_set<TypeParam>(
+      ASSERT_NO_FATAL_FAILURE(expect_oracle_of_kernels<TypeParam>(
           {width, height}, static_cast<std::uint64_t>(width * 100 + height)));
     }
     ++turn;
   }
 }
 
-TYPED_TEST(DepthLbpDense, InstructionSetsWriteTheRegionOnly) {
+TYPED_TEST(DepthLbpDense, KernelsWriteTheRegionOnly) {
   for (std::uint64_t seed = 0; seed < 150; ++seed) {
     ByteSource source(seed);
     const cv::Size whole(source.between(1, 180), source.between(1, 14));
@@ -214,17 +209,17 @@ TYPED_TEST(DepthLbpDense, InstructionSetsWriteTheRegionOnly) {
     const cv::Point first(source.between(0, part.width - 1), source.between(0, part.height - 1));
     const cv::Rect region(first, cv::Size(source.between(0, part.width - first.x),
                                           source.between(0, part.height - first.y)));
-    for (const InstructionSet set : detail::supported_instruction_sets()) {
+    for (const bool avx2 : kernels()) {
       ExactMatrix<std::uint8_t> all(whole, 99);
       cv::Mat codes = all.mat(part);
-      dense_by<TypeParam>(set, depth, region, codes);
+      detail::dense_depth_lbp<TypeParam>(depth, region, codes, avx2);
       for (int y = 0; y < whole.height; ++y) {
         for (int x = 0; x < whole.width; ++x) {
           const cv::Point in_part = cv::Point(x, y) - part.tl();
           const int wanted =
               region.contains(in_part) ? expected.at<std::uint8_t>(in_part) : std::uint8_t{99};
           ASSERT_EQ(all.mat.at<std::uint8_t>(y, x), wanted)
-              << "seed " << seed << " set " << static_cast<int>(set) << " at " << in_part;
+              << "seed " << seed << " avx2 " << avx2 << " at " << in_part;
         }
       }
     }
@@ -262,28 +257,16 @@ TEST(DepthLbpDense, EveryPairOfDepthsMatchesTheOracle) {
         depth.mat.template at<Depth>(1, x) = values[static_cast<std::size_t>(x) % values.size()];
       }
       const cv::Mat expected = oracle_codes(depth.mat);
-      for (const InstructionSet set : detail::supported_instruction_sets()) {
+      for (const bool avx2 : kernels()) {
         ExactMatrix<std::uint8_t> codes(depth.mat.size(), 99);
-        dense_by<Depth>(set, depth.mat, cv::Rect({0, 0}, depth.mat.size()), codes.mat);
-        ASSERT_TRUE(equal(codes.mat, expected))
-            << "set " << static_cast<int>(set) << " above " << above;
+        detail::dense_depth_lbp<Depth>(depth.mat, cv::Rect({0, 0}, depth.mat.size()), codes.mat,
+                                       avx2);
+        ASSERT_TRUE(equal(codes.mat, expected)) << "avx2 " << avx2 << " above " << above;
       }
     }
   };
   check(std::uint16_t{0});
   check(0.0F);
-}
-
-TEST(DepthLbpDense, ListsAvailableInstructionSetsBestLast) {
-  const auto sets = detail::supported_instruction_sets();
-  EXPECT_EQ(sets.front(), InstructionSet::portable);
-  EXPECT_EQ(sets.back(), detail::best_instruction_set());
-  EXPECT_TRUE(std::is_sorted(sets.begin(), sets.end()));
-  for (const InstructionSet set : {InstructionSet::sse2, InstructionSet::avx2}) {
-    if (std::find(sets.begin(), sets.end(), set) != sets.end()) continue;
-    GTEST_SKIP() << "instruction set " << static_cast<int>(set) << " is not tested here: this "
-                 << "processor lacks it, or the compiler cannot use it";
-  }
 }
 
 }  // namespace

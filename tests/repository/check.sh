@@ -52,12 +52,12 @@ names() {
     }' | nothing
 }
 
-# Only detail/kernels/ names an instruction set; one header outside asks it for the best, without a
-# name. One header there defines the macros of the targets.
+# Only detail/kernels/ names an instruction set; `doctor` asks it for the name. One header there
+# defines the macro of the target.
 kernels() {
   local name='_mm[0-9]*_|[a-z]mmintrin|x86intrin|arm_neon|(^|[^a-z])(avx|sse[0-9]|neon)'
   name+='|gnu::target|__attribute__.*target|__builtin_cpu|instruction_?set'
-  local asked='^include/dynfilter/dense_depth_lbp\.hpp:[0-9]+: +detail::best_instruction_set\(\), codes\);$|^src/tools/doctor_command\.cpp:'
+  local asked='^src/tools/doctor_command\.cpp:'
   {
     find include src \( -name '*.hpp' -o -name '*.cpp' \) \
       ! -path 'include/dynfilter/detail/kernels/*' -print0 | sort -z |

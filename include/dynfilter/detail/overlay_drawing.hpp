@@ -6,8 +6,11 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cstdint>
 #include <string>
+#include <utility>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -21,76 +24,45 @@
 
 namespace dynfilter::detail {
 
-enum class Mark { ring, cross, diamond, square, triangle };
-
 /// Style of one kind of feature.
 struct MarkStyle {
+  static constexpr int ring = -1;  // beside OpenCV's markers
+
+  Reason reason;
   const char* name;
-  Mark mark;
+  int marker, size;   // of cv::drawMarker
   cv::Scalar colour;  // BGR
 };
 
-inline const MarkStyle& mark_style(const FeatureLabel& label) {
+inline const std::array<MarkStyle, 7>& mark_styles() {
   static const std::array<MarkStyle, 7> styles = {{
-      {"kept", Mark::ring, {233, 180, 86}},
-      {"in mask", Mark::cross, {0, 94, 213}},
-      {"compensated", Mark::diamond, {66, 228, 240}},
-      {"restored", Mark::ring, {115, 158, 0}},
-      {"moving", Mark::triangle, {0, 159, 230}},
-      {"still", Mark::ring, {255, 255, 255}},
-      {"custom", Mark::square, {167, 121, 204}},
+      {Reason::untouched, "kept", MarkStyle::ring, 6, {233, 180, 86}},
+      {Reason::in_mask, "in mask", cv::MARKER_TILTED_CROSS, 7, {0, 94, 213}},
+      {Reason::compensated, "compensated", cv::MARKER_DIAMOND, 9, {66, 228, 240}},
+      {Reason::restored, "restored", MarkStyle::ring, 6, {115, 158, 0}},
+      {Reason::moving, "moving", cv::MARKER_TRIANGLE_UP, 9, {0, 159, 230}},
+      {Reason::still, "still", MarkStyle::ring, 6, {255, 255, 255}},
+      {Reason::custom, "custom", cv::MARKER_SQUARE, 7, {167, 121, 204}},
   }};
-  switch (label.reason) {
-    case Reason::untouched:
-      return styles[0];
-    case Reason::in_mask:
-      return styles[1];
-    case Reason::compensated:
-      return styles[2];
-    case Reason::restored:
-      return styles[3];
-    case Reason::moving:
-      return styles[4];
-    case Reason::still:
-      return styles[5];
-    default:
-      return styles[6];
-  }
+  return styles;
 }
 
-inline void draw_lines(cv::Mat& canvas, cv::Point centre, Mark mark, const cv::Scalar& colour,
-                       int thickness) {
-  const auto line = [&](int x0, int y0, int x1, int y1) {
-    cv::line(canvas, centre + cv::Point(x0, y0), centre + cv::Point(x1, y1), colour, thickness,
-             cv::LINE_AA);
-  };
-  switch (mark) {
-    case Mark::ring:
-      cv::circle(canvas, centre, 3, colour, thickness, cv::LINE_AA);
-      break;
-    case Mark::cross:
-      line(-3, -3, 3, 3);
-      line(-3, 3, 3, -3);
-      break;
-    case Mark::diamond:
-      line(-4, 0, 0, -4);
-      line(0, -4, 4, 0);
-      line(4, 0, 0, 4);
-      line(0, 4, -4, 0);
-      break;
-    case Mark::triangle:
-      cv::drawMarker(canvas, centre, colour, cv::MARKER_TRIANGLE_UP, 9, thickness);
-      break;
-    case Mark::square:
-      cv::rectangle(canvas, centre - cv::Point(3, 3), centre + cv::Point(3, 3), colour, thickness);
-      break;
-  }
+inline const MarkStyle& mark_style(const FeatureLabel& label) {
+  const auto& styles = mark_styles();
+  const auto has_reason = [&](const MarkStyle& style) { return style.reason == label.reason; };
+  const auto found = std::find_if(styles.begin(), styles.end(), has_reason);
+  return found == styles.end() ? styles.back() : *found;  // all reasons from custom on
 }
 
 /// Draws a mark with a dark rim, so that it is visible on any background.
 inline void draw_mark(cv::Mat& canvas, cv::Point centre, const MarkStyle& style) {
-  draw_lines(canvas, centre, style.mark, cv::Scalar(0, 0, 0), 3);
-  draw_lines(canvas, centre, style.mark, style.colour, 1);
+  for (const auto& [colour, thickness] : {std::pair(cv::Scalar(), 3), std::pair(style.colour, 1)}) {
+    if (style.marker == MarkStyle::ring) {
+      cv::circle(canvas, centre, style.size / 2, colour, thickness, cv::LINE_AA);
+    } else {
+      cv::drawMarker(canvas, centre, colour, style.marker, style.size, thickness, cv::LINE_AA);
+    }
+  }
 }
 
 /// Tints the pixels of a mask and draws its contour, so that poor borders are visible.
@@ -148,11 +120,7 @@ inline void draw_marks(cv::Mat& canvas, FeaturesView features, const FeatureLabe
 inline cv::Mat draw_legend(const FeatureLabels& labels, int width) {
   cv::Mat strip(22, width, CV_8UC3, cv::Scalar(40, 40, 40));
   int x = 12;
-  for (const Reason reason : {Reason::untouched, Reason::in_mask, Reason::compensated,
-                              Reason::restored, Reason::moving, Reason::still, Reason::custom}) {
-    FeatureLabel example;
-    example.reason = reason;
-    const MarkStyle& style = mark_style(example);
+  for (const MarkStyle& style : mark_styles()) {
     std::size_t count = 0;
     for (const FeatureLabel& label : labels) count += &mark_style(label) == &style ? 1 : 0;
     if (count == 0) continue;
