@@ -103,13 +103,11 @@ class EdgeCompensator {
     for (std::size_t k = 0; k < input.segmentation.instances.size(); ++k) {
       if (!labels.is_dynamic_object(k)) continue;
       InstanceStatistics& statistics = labels.statistics().instances[k];
-      statistics.candidates = statistics.passed_depth = statistics.passed_code = 0;
       statistics.compensation = estimate_ranges(input, k, labels, features, scratch);
-      if (statistics.compensation != Compensation::applied &&
-          statistics.compensation != Compensation::applied_without_image) {
-        continue;
+      if (statistics.compensation == Compensation::applied ||
+          statistics.compensation == Compensation::applied_without_image) {
+        compensate(input, k, features, labels);
       }
-      compensate(input, k, features, labels);
     }
   }
 
@@ -153,7 +151,6 @@ class EdgeCompensator {
                    const FrameFeatures& features, std::vector<SampleCandidate>& candidates) const {
     const Instance& instance = input.segmentation.instances[k];
     const cv::Rect masked(instance.mask_origin, instance.mask.size());
-    const std::uint64_t instance_key = sampler_.instance_key(input.frame.id, k);
     const bool has_image = !input.frame.depth.empty();
     candidates.clear();
     for (const std::size_t i : features.inside(masked)) {
@@ -167,11 +164,7 @@ class EdgeCompensator {
           has_image ? input.frame.depth_m(pixel) : input.features.depth_m(i);
       if (!depth_m) continue;
       const cv::Point in_box = detail::wrapping_difference(pixel, instance.box.tl());
-      SampleCandidate& candidate = candidates.emplace_back();
-      candidate.key = FeatureSampler::key(instance_key, in_box);
-      candidate.pixel = in_box;
-      candidate.feature = i;
-      candidate.depth_m = *depth_m;
+      candidates.push_back({sampler_.key(input.frame.id, k, in_box), in_box, i, *depth_m});
     }
     sampler_.draw(candidates);
   }
@@ -181,19 +174,17 @@ class EdgeCompensator {
   void compensate(const FilterInput& input, std::size_t k, const FrameFeatures& features,
                   FeatureLabels& labels) const {
     const Instance& instance = input.segmentation.instances[k];
-    InstanceStatistics& statistics = labels.statistics().instances[k];
+    const InstanceStatistics& statistics = labels.statistics().instances[k];
     const bool has_image = !input.frame.depth.empty();
     for (const std::size_t i : features.inside(instance.box)) {
       if (labels.is_removed(i)) continue;
       const cv::Point pixel = features.pixel(i);
-      const bool depth_fits = has_image ? fits(statistics.depth_range_m, input.frame.depth_m(pixel))
-                                        : fits(statistics.depth_range_m, input.features.depth_m(i));
-      const bool code_fits =
-          !has_image || fits(statistics.code_range, depth_lbp_.code(input.frame.depth, pixel));
-      ++statistics.candidates;
-      statistics.passed_depth += depth_fits ? 1 : 0;
-      statistics.passed_code += has_image && code_fits ? 1 : 0;
-      if (!depth_fits || !code_fits) continue;
+      const std::optional<double> depth_m =
+          has_image ? input.frame.depth_m(pixel) : input.features.depth_m(i);
+      const bool joins =
+          fits(statistics.depth_range_m, depth_m) &&
+          (!has_image || fits(statistics.code_range, depth_lbp_.code(input.frame.depth, pixel)));
+      if (!joins) continue;
       labels.remove(i, static_cast<std::int32_t>(k), Reason::compensated, instance.score);
     }
   }

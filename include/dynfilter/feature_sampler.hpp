@@ -41,21 +41,10 @@ class FeatureSampler {
 
   /// Returns the hash of (seed, frame id, instance index, pixel relative to the box). O(1).
   std::uint64_t key(std::uint64_t frame_id, std::size_t instance, cv::Point pixel) const {
-    return key(instance_key(frame_id, instance), pixel);
-  }
-
-  /// Returns the hash of (seed, frame id, instance index): the part of `key` that the features of
-  /// an instance share. O(1).
-  std::uint64_t instance_key(std::uint64_t frame_id, std::size_t instance) const {
     const std::uint64_t frame_key = detail::mixed_bits(detail::mixed_bits(seed_) ^ frame_id);
-    return detail::mixed_bits(frame_key ^ static_cast<std::uint64_t>(instance));
-  }
-
-  /// Returns `key` of a feature from its instance_key. O(1).
-  static std::uint64_t key(std::uint64_t instance_key, cv::Point pixel) {
-    const auto x = static_cast<std::uint32_t>(pixel.x);
-    const auto y = static_cast<std::uint32_t>(pixel.y);
-    return detail::mixed_bits(instance_key ^ (std::uint64_t{x} << 32U | y));
+    const auto x = static_cast<std::uint32_t>(pixel.x), y = static_cast<std::uint32_t>(pixel.y);
+    return detail::mixed_bits(detail::mixed_bits(frame_key ^ instance) ^
+                              (std::uint64_t{x} << 32U | y));
   }
 
   /// Number of features to draw.

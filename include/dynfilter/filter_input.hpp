@@ -41,10 +41,11 @@ inline void validate(const FilterInput& input, const char* component) {
   require_same_size(input.frame.image, "an image");
 }
 
-/// Checks that labels fit the input. Throws std::invalid_argument, in the name of `component`,
-/// unless there is one label per feature and one statistic per instance. O(1).
-inline void validate_labels(const FilterInput& input, const FeatureLabels& labels,
-                            const char* component) {
+/// Checks input and labels, as a stage does first. Throws std::invalid_argument, in the name of
+/// `component`, also unless there is one label per feature and one statistic per instance.
+/// O(instances).
+inline void validate(const FilterInput& input, const FeatureLabels& labels, const char* component) {
+  validate(input, component);
   if (labels.size() != input.features.size()) {
     detail::throw_misuse(
         component,
@@ -58,12 +59,6 @@ inline void validate_labels(const FilterInput& input, const FeatureLabels& label
                                              input.segmentation.instances.size()),
                          "labels made or reset for this segmentation");
   }
-}
-
-/// Checks input and labels, as a stage does first. O(instances).
-inline void validate(const FilterInput& input, const FeatureLabels& labels, const char* component) {
-  validate(input, component);
-  validate_labels(input, labels, component);
 }
 
 }  // namespace dynfilter

@@ -16,6 +16,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/mask_row.hpp"
 
 namespace dynfilter {
 
@@ -109,51 +110,30 @@ inline void require_mask_type(const cv::Mat& mask, const char* component) {
 /// Returns the smallest box around the non-zero pixels. cv::boundingRect is not used because OpenCV
 /// 4.6 (Debian 12) returns a wrong box for some images a few pixels wide.
 inline cv::Rect bounding_box(const cv::Mat& mask) {
-  int left = mask.cols, top = mask.rows, right = 0, bottom = 0;
-  const auto on_object = [](std::uint8_t value) { return value != 0; };
+  cv::Rect box;
   for (int y = 0; y < mask.rows; ++y) {
-    const std::uint8_t* row = mask.ptr<std::uint8_t>(y);
-    const std::uint8_t* end = row + mask.cols;
-    const std::uint8_t* first = std::find_if(row, end, on_object);
-    if (first == end) continue;
-    const std::uint8_t* last = end;
-    while (!on_object(*--last)) {
+    const std::uint8_t* const row = mask.ptr<std::uint8_t>(y);
+    const std::uint8_t* const first = find_mask_pixel(row, row + mask.cols);
+    const std::uint8_t* last = row + mask.cols;
+    if (first == last) continue;
+    while (*--last == 0) {
     }
-    left = std::min(left, static_cast<int>(first - row));
-    right = std::max(right, static_cast<int>(last - row) + 1);
-    top = std::min(top, y);
-    bottom = y + 1;
+    box |= cv::Rect(static_cast<int>(first - row), y, static_cast<int>(last - first) + 1, 1);
   }
-  return right > left ? cv::Rect(left, top, right - left, bottom - top) : cv::Rect();
+  return box;
 }
 
 /// Returns the smallest boxes of the labels 1 … of a label map; element k-1 belongs to label k.
 template <class Label>
 std::vector<cv::Rect> label_boxes(const cv::Mat& label_map) {
-  struct Extent {
-    int left, top, right, bottom;
-  };
-  std::vector<Extent> extents;
+  std::vector<cv::Rect> boxes;
   for (int y = 0; y < label_map.rows; ++y) {
     const Label* row = label_map.ptr<Label>(y);
     for (int x = 0; x < label_map.cols; ++x) {
-      const auto label = static_cast<std::size_t>(row[x]);
-      if (label == 0) continue;
-      if (label > extents.size()) {
-        extents.resize(label, {label_map.cols, label_map.rows, 0, 0});
-      }
-      Extent& extent = extents[label - 1];
-      extent.left = std::min(extent.left, x);
-      extent.top = std::min(extent.top, y);
-      extent.right = std::max(extent.right, x + 1);
-      extent.bottom = std::max(extent.bottom, y + 1);
+      if (row[x] == 0) continue;
+      boxes.resize(std::max<std::size_t>(boxes.size(), row[x]));
+      boxes[row[x] - std::size_t{1}] |= cv::Rect(x, y, 1, 1);
     }
-  }
-  std::vector<cv::Rect> boxes;
-  boxes.reserve(extents.size());
-  for (const Extent& e : extents) {
-    boxes.push_back(e.right > e.left ? cv::Rect(e.left, e.top, e.right - e.left, e.bottom - e.top)
-                                     : cv::Rect());
   }
   return boxes;
 }

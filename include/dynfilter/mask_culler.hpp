@@ -60,7 +60,7 @@ class MaskCuller {
     options_.static_mask = mask.clone();
   }
 
-  /// Checks the input, as Pipeline does first. Throws std::invalid_argument if the input is
+  /// Checks the input. Throws std::invalid_argument if the input is
   /// malformed or the static mask differs from the images in size. O(instances).
   void check(const FilterInput& input) const {
     validate(input, "MaskCuller");
@@ -89,8 +89,8 @@ class MaskCuller {
   /// Runs the stage. O(features), and for each instance O(features near its mask); for the
   /// features in the rectangle of a mask, the pixels within the margin too.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
+    validate(input, labels, "MaskCuller");
     check(input);
-    validate_labels(input, labels, "MaskCuller");
     const std::vector<Instance>& instances = input.segmentation.instances;
     const FrameFeatures& features = frame_features(input.features, workspace);
     cull_static_mask(features, labels);

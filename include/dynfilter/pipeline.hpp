@@ -7,7 +7,6 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include <tuple>
-#include <type_traits>
 #include <utility>
 
 #include "dynfilter/filter_input.hpp"
@@ -22,10 +21,8 @@ namespace dynfilter {
 /// Runs stages in order on one frame.
 ///
 /// A stage is any callable void(const FilterInput&, FeatureLabels&) const: a lambda, or a component
-/// such as MaskCuller. It may take a Workspace& as third argument for scratch memory. It may have a
-/// member check(const FilterInput&) const that throws for input that it cannot work with; all
-/// checks run before the first label is written. `apply` is const, and re-entrant if the stages
-/// are.
+/// such as MaskCuller. It may take a Workspace& as third argument for scratch memory. `apply` is
+/// const, and re-entrant if the stages are.
 template <class... Stages>
 class Pipeline {
  public:
@@ -53,12 +50,6 @@ class Pipeline {
         segmentation.has_value(), labels, workspace);
   }
 
-  /// Returns the stage of this type.
-  template <class Stage>
-  const Stage& stage() const {
-    return std::get<Stage>(stages_);
-  }
-
  private:
   void run(const FilterInput& input, bool has_segmentation, FeatureLabels& labels,
            Workspace& workspace) const;
@@ -72,11 +63,6 @@ class Pipeline {
     statistics.segmentation_age_s = input.frame.timestamp_s - input.segmentation.timestamp_s;
   }
 
-  template <class Action>
-  void for_each_stage(const Action& action) const {
-    std::apply([&](const auto&... stage) { (action(stage), ...); }, stages_);
-  }
-
   std::tuple<Stages...> stages_;
 };
 
@@ -87,11 +73,11 @@ void Pipeline<Stages...>::run(const FilterInput& input, bool has_segmentation,
   // Whoever goes on after an exception finds no labels, not those of another frame.
   labels.clear();
   validate(input, "Pipeline");
-  for_each_stage([&](const auto& stage) { check_stage(stage, input); });
   try {
     begin_frame(input, has_segmentation, labels);
     const FrameFeatures::Reading reading(workspace.get<FrameFeatures>(), input.features);
-    for_each_stage([&](const auto& stage) { run_stage(stage, input, labels, workspace); });
+    std::apply([&](const auto&... stage) { (run_stage(stage, input, labels, workspace), ...); },
+               stages_);
   } catch (...) {
     labels.clear();
     throw;

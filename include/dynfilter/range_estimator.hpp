@@ -49,15 +49,12 @@ class RangeEstimator {
   /// Takes the options. Throws std::invalid_argument for a factor or expansion that is negative or
   /// not finite.
   explicit RangeEstimator(const RangeEstimatorOptions& options = {}) : options_(options) {
-    const auto require = [](bool holds, const char* name, double value, const char* want) {
-      if (!holds) {
-        detail::throw_misuse("RangeEstimator", detail::concatenate(name, " = ", value), want);
-      }
+    const auto require = [](const char* name, double value) {
+      detail::OptionCheck("RangeEstimator")(std::isfinite(value) && value >= 0, name, value,
+                                            "a finite number of at least 0");
     };
-    require(std::isfinite(options.outlier_factor) && options.outlier_factor >= 0, "outlier_factor",
-            options.outlier_factor, "a finite number of at least 0");
-    require(std::isfinite(options.expansion) && options.expansion >= 0, "expansion",
-            options.expansion, "a finite number of at least 0");
+    require("outlier_factor", options.outlier_factor);
+    require("expansion", options.expansion);
   }
 
   /// Returns the range of the sampled values, and sorts them. The range is empty if there are fewer

@@ -76,16 +76,12 @@ struct MotionStatistics {
 
 /// Statistics of one instance. Counts are numbers of features.
 struct InstanceStatistics {
-  int class_id = 0;         ///< class of the instance
-  float score = 1.0F;       ///< detector's confidence in the instance
-  bool dynamic = false;     ///< its class is one of the dynamic ones
-  std::size_t masked = 0;   ///< FP_object: removed because they lie on the mask
-  std::size_t sampled = 0;  ///< features or pixels that the ranges were estimated from
-  /// Features in the box that no earlier stage or instance removed; EdgeCompensator counts them.
-  std::size_t candidates = 0;
-  std::size_t passed_depth = 0;  ///< candidates that the depth range alone would remove
-  std::size_t passed_code = 0;   ///< candidates that the D-LBP range alone would remove
-  std::size_t compensated = 0;   ///< removed by edge compensation
+  int class_id = 0;             ///< class of the instance
+  float score = 1.0F;           ///< detector's confidence in the instance
+  bool dynamic = false;         ///< its class is one of the dynamic ones
+  std::size_t masked = 0;       ///< FP_object: removed because they lie on the mask
+  std::size_t sampled = 0;      ///< features or pixels that the ranges were estimated from
+  std::size_t compensated = 0;  ///< removed by edge compensation
   Compensation compensation = Compensation::not_run;  ///< outcome of edge compensation
   /// Range of the object's depth, [a, b] in eq. (1), metres; may be empty.
   ValueRange depth_range_m;

@@ -26,7 +26,6 @@ template <class Stage>
 AnyStage any_stage(Stage stage) {
   return [stage = std::move(stage)](const FilterInput& input, FeatureLabels& labels,
                                     Workspace& workspace) {
-    check_stage(stage, input);
     run_stage(stage, input, labels, workspace);
   };
 }

@@ -105,22 +105,6 @@ TEST(EdgeCompensator, DefaultOptionsArePinned) {
   EXPECT_EQ(RangeEstimator::min_samples, 5U);
 }
 
-/// A second compensator in the same pipeline counts afresh.
-TEST(EdgeCompensator, ResetsItsCounters) {
-  const Scene scene;
-  const FilterCase& input = scene.input;
-  const auto statistics = [&](const auto& pipeline) {
-    return pipeline.apply(input.frame, input.segmentation, input.keypoints).statistics();
-  };
-  const InstanceStatistics once =
-      statistics(Pipeline(MaskCuller(), EdgeCompensator())).instances[0];
-  const InstanceStatistics twice =
-      statistics(Pipeline(MaskCuller(), EdgeCompensator(), EdgeCompensator())).instances[0];
-  EXPECT_EQ(twice.candidates, once.candidates - once.compensated);
-  EXPECT_EQ(twice.passed_depth, once.passed_depth - once.compensated);
-  EXPECT_EQ(twice.passed_code, once.passed_code - once.compensated);
-}
-
 TEST(EdgeCompensator, ReportedRangesMatchTheOracle) {
   std::size_t ranges = 0;
   for (std::uint64_t seed = 0; seed < 1500; ++seed) {
@@ -213,8 +197,6 @@ TEST(FeatureSampler, KeysArePinned) {
   EXPECT_EQ(FeatureSampler(20, 0).key(0, 0, {0, 0}), 0x2130748AAAC80268U);
   EXPECT_EQ(FeatureSampler(20, 42).key(7, 2, {13, 200}), 0x76DA5E46064E15E7U);
   EXPECT_EQ(FeatureSampler(20, 42).key(7, 2, {-1, -200}), 0xF8C17E23B794F586U);
-  const std::uint64_t instance_key = FeatureSampler(20, 42).instance_key(7, 2);
-  EXPECT_EQ(FeatureSampler::key(instance_key, {13, 200}), 0x76DA5E46064E15E7U);
 }
 
 TEST(FeatureSampler, SampleIsPinned) {

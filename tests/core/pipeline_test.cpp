@@ -63,25 +63,6 @@ TEST(Pipeline, DistinguishesNoSegmentationFromAnEmptyOne) {
   EXPECT_TRUE(labels.statistics().has_segmentation);
 }
 
-struct Checking {
-  void check(const FilterInput&) const { throw std::invalid_argument("not this input"); }
-  void operator()(const FilterInput&, FeatureLabels&) const {}
-};
-
-TEST(Pipeline, ChecksAllStagesBeforeTheFirstRuns) {
-  bool ran = false;
-  const auto stage = [&](const FilterInput&, FeatureLabels&) { ran = true; };
-  FeatureLabels labels(3, Segmentation());
-  labels.remove(1, -1, Reason::custom, 1.0F);
-  Workspace workspace;
-  const std::vector<cv::Point2f> points(2);
-  EXPECT_THROW(
-      Pipeline(stage, Checking()).apply(FrameView(), Segmentation(), points, labels, workspace),
-      std::invalid_argument);
-  EXPECT_FALSE(ran);
-  EXPECT_TRUE(labels.empty()) << "they are those of another frame";
-}
-
 TEST(Pipeline, LeavesNoLabelsIfAStageThrows) {
   const auto removes = [](const FilterInput&, FeatureLabels& labels) {
     labels.remove(0, -1, Reason::custom, 1.0F);
@@ -100,16 +81,6 @@ TEST(Pipeline, LeavesNoLabelsIfAStageThrows) {
   EXPECT_EQ(labels.statistics().features, 0U);
   EXPECT_EQ(labels.statistics().custom, 0U);
   EXPECT_TRUE(labels.statistics().instances.empty());
-}
-
-TEST(Pipeline, ChecksAStageBehindAReference) {
-  const Checking stage;
-  FeatureLabels labels(3, Segmentation());
-  Workspace workspace;
-  EXPECT_THROW(Pipeline(std::cref(stage))
-                   .apply(FrameView(), Segmentation(), FeaturesView(), labels, workspace),
-               std::invalid_argument);
-  EXPECT_TRUE(labels.empty());
 }
 
 TEST(Pipeline, ValidatesInputThatAStageReplaces) {

@@ -22,8 +22,7 @@ inline std::string describe(const FeatureLabel& label) {
 
 inline bool same_counts(const InstanceStatistics& a, const InstanceStatistics& b) {
   return a.class_id == b.class_id && a.dynamic == b.dynamic && a.masked == b.masked &&
-         a.candidates == b.candidates && a.passed_depth == b.passed_depth &&
-         a.passed_code == b.passed_code && a.compensated == b.compensated;
+         a.compensated == b.compensated;
 }
 
 inline bool same_range(const ValueRange& a, const ValueRange& b) {

@@ -217,9 +217,6 @@ inline OracleVerdict oracle_filter(const FilterCase& input) {
           depth ? *depth >= depth_range.lower && *depth <= depth_range.upper : without_value;
       const bool code_fits =
           code ? *code >= code_range.lower && *code <= code_range.upper : without_value;
-      statistics.candidates += 1;
-      statistics.passed_depth += depth_fits ? 1 : 0;
-      statistics.passed_code += has_image && code_fits ? 1 : 0;
       if (!depth_fits || (has_image && !code_fits)) continue;
       statistics.compensated += 1;
       labels[i] = {instance.score, static_cast<int>(k), Reason::compensated, true};

@@ -82,8 +82,7 @@ void move_kept(const FeatureLabels& labels, std::size_t first, std::vector<T, Al
 
 /// Moves the kept rows likewise. Nobody else may see the matrix.
 inline void move_kept(const FeatureLabels& labels, std::size_t first, cv::Mat& column) {
-  if (first >= labels.size()) return;    // an empty matrix has no size of elements
-  constexpr std::size_t orb_bytes = 32;  // compilers copy a known length without a call
+  if (first >= labels.size()) return;  // an empty matrix has no size of elements
   const std::size_t row_bytes = static_cast<std::size_t>(column.cols) * column.elemSize();
   if (row_bytes == 0) return;
   const std::size_t step = column.step[0];
@@ -91,11 +90,7 @@ inline void move_kept(const FeatureLabels& labels, std::size_t first, cv::Mat& c
   const std::uint8_t* from = to;
   for (std::size_t i = first + 1; i < labels.size(); ++i) {
     from += step;
-    if (row_bytes == orb_bytes) {
-      std::memcpy(to, from, orb_bytes);
-    } else {
-      std::memcpy(to, from, row_bytes);
-    }
+    std::memcpy(to, from, row_bytes);
     to += labels.is_removed(i) ? 0 : step;
   }
 }

@@ -4,62 +4,22 @@
 #ifndef DYNFILTER_DETAIL_ERRORS_HPP
 #define DYNFILTER_DETAIL_ERRORS_HPP
 
-#include <cstdint>
-#include <initializer_list>
 #include <locale>
 #include <sstream>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
 
 #include <opencv2/core.hpp>
 
 namespace dynfilter::detail {
 
-/// One part of a message: a number, or a text that outlives it.
-class MessagePart {
- public:
-  MessagePart(const char* text) : kind_(Kind::text), text_(text) {}
-  MessagePart(const std::string& text) : kind_(Kind::text), text_(text.c_str()) {}
-  MessagePart(char letter) : kind_(Kind::letter), letter_(letter) {}
-  MessagePart(double number) : kind_(Kind::real), real_(number) {}
-  template <class Integer, std::enable_if_t<std::is_integral<Integer>::value, int> = 0>
-  MessagePart(Integer number)
-      : kind_(std::is_signed<Integer>::value ? Kind::negative_or_not : Kind::natural),
-        integer_(static_cast<std::uint64_t>(number)) {}
-
-  void print(std::ostream& stream) const {
-    if (kind_ == Kind::text) stream << text_;
-    if (kind_ == Kind::letter) stream << letter_;
-    if (kind_ == Kind::real) stream << real_;
-    if (kind_ == Kind::natural) stream << integer_;
-    if (kind_ == Kind::negative_or_not) stream << static_cast<std::int64_t>(integer_);
-  }
-
- private:
-  enum class Kind { text, letter, real, natural, negative_or_not };
-
-  Kind kind_;
-  union {
-    const char* text_;
-    char letter_;
-    double real_;
-    std::uint64_t integer_;
-  };
-};
-
-/// Joins the parts of a message. Not inlined: errors are rare, and need not be fast.
-[[gnu::cold, gnu::noinline]] inline std::string join(std::initializer_list<MessagePart> parts) {
+/// Joins texts and numbers into one text. Not inlined: errors are rare, and need not be fast.
+template <class... Parts>
+[[gnu::cold, gnu::noinline]] std::string concatenate(const Parts&... parts) {
   std::ostringstream stream;
   stream.imbue(std::locale::classic());  // no digit grouping, whatever the host's locale
-  for (const MessagePart& part : parts) part.print(stream);
+  (stream << ... << parts);
   return stream.str();
-}
-
-/// Joins texts and numbers into one text.
-template <class... Parts>
-[[gnu::cold]] std::string concatenate(const Parts&... parts) {
-  return join({MessagePart(parts)...});
 }
 
 /// Throws std::invalid_argument: "dynfilter::<component>: got <got>; want <want>".
@@ -77,9 +37,9 @@ class OptionCheck {
 
   /// Throws std::invalid_argument where an option is not good: "dynfilter::<component>: got <name>
   /// = <value>; want <want>".
-  void operator()(bool is_good, const char* name, const MessagePart& value,
-                  const char* want) const {
-    if (!is_good) throw_misuse(component_, join({name, " = ", value}), want);
+  template <class Value>
+  void operator()(bool is_good, const char* name, const Value& value, const char* want) const {
+    if (!is_good) throw_misuse(component_, concatenate(name, " = ", value), want);
   }
 
  private:

@@ -60,7 +60,7 @@ inline void draw_mark(cv::Mat& canvas, cv::Point centre, const MarkStyle& style)
     if (style.marker == MarkStyle::ring) {
       cv::circle(canvas, centre, style.size / 2, colour, thickness, cv::LINE_AA);
     } else {
-      cv::drawMarker(canvas, centre, colour, style.marker, style.size, thickness, cv::LINE_AA);
+      cv::drawMarker(canvas, centre, colour, style.marker, style.size, thickness);
     }
   }
 }

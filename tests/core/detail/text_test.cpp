@@ -19,7 +19,6 @@ TEST(Concatenate, PrintsPartsAsAStreamDoes) {
   EXPECT_EQ(concatenate(std::numeric_limits<std::int64_t>::min()), "-9223372036854775808");
   EXPECT_EQ(concatenate(std::numeric_limits<std::uint64_t>::max()), "18446744073709551615");
   EXPECT_EQ(concatenate(0.1, " ", 1e-9, " ", 0.25F, " ", 1234567.0), "0.1 1e-09 0.25 1.23457e+06");
-  EXPECT_EQ(concatenate(), "");
 }
 
 TEST(SizeName, IsWidthTimesHeightOrAllDimensions) {
