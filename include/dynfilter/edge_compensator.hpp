@@ -46,14 +46,7 @@ struct EdgeCompensatorOptions {
   /// Returns the paper's rule, with values of ours where the paper gives none (see the map of the
   /// code, include/dynfilter/README.md, "The algorithm, made exact"). They will not change; the
   /// defaults equal them today and may.
-  static EdgeCompensatorOptions paper() {
-    EdgeCompensatorOptions options;
-    options.samples = 20;
-    options.depth = {OutlierRule::median_absolute_deviation, 3.0, 0.10};
-    options.code = {OutlierRule::median_absolute_deviation, 3.0, 16.0};
-    options.missing_depth = MissingDepth::keep;
-    return options;
-  }
+  static EdgeCompensatorOptions paper() { return {}; }
 };
 
 /// Removes the edge features of dynamic objects that their masks missed (paper section 3.2).

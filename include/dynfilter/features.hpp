@@ -128,11 +128,6 @@ class FeaturesView {
     return metres;
   }
 
-  /// Whether the other view shows the same features in memory. Depths are not compared.
-  bool is_same_view(const FeaturesView& other) const {
-    return first_ == other.first_ && stride_ == other.stride_ && count_ == other.count_;
-  }
-
  private:
   const unsigned char* first_ = nullptr;
   std::size_t stride_ = 0;

@@ -31,8 +31,6 @@ class FrameFeatures {
  public:
   /// Reads the features' pixels, reusing memory. O(features).
   void read(FeaturesView features) {
-    is_kept_ = false;
-    view_ = features;
     pixels_.resize(features.size());
     places_.resize(features.size());
     // A counting sort. Counts stand two places late: strip k starts at [k + 1] then, which filling
@@ -46,28 +44,6 @@ class FrameFeatures {
     for (std::uint32_t i = 0; i < size(); ++i) {
       places_[strip_begins_[strip_of(pixels_[i].x) + 1]++] = {pixels_[i], i};
     }
-  }
-
-  /// Object that keeps features read for all stages of a pipeline: while it lives, frame_features
-  /// does not read them again. A pipeline holds one while its stages run.
-  class Reading {
-   public:
-    /// Reads the features. They must not change while this lives.
-    Reading(FrameFeatures& features, FeaturesView view) : features_(features) {
-      features_.read(view);
-      features_.is_kept_ = true;
-    }
-    ~Reading() { features_.is_kept_ = false; }
-    Reading(const Reading&) = delete;
-    Reading& operator=(const Reading&) = delete;
-
-   private:
-    FrameFeatures& features_;
-  };
-
-  /// Whether a Reading keeps the features of this view.
-  bool keeps(const FeaturesView& features) const {
-    return is_kept_ && view_.is_same_view(features);
   }
 
   /// Number of features.
@@ -103,8 +79,6 @@ class FrameFeatures {
     return static_cast<std::size_t>(std::clamp(x, 0, strips * strip_px - 1) / strip_px);
   }
 
-  bool is_kept_ = false;  // by a Reading
-  FeaturesView view_;
   std::vector<cv::Point> pixels_;
   std::vector<Place> places_;  // features by strip
   std::array<std::uint32_t, strips + 2> strip_begins_ = {};
@@ -170,11 +144,10 @@ inline FrameFeatures::Inside FrameFeatures::inside(const detail::PixelBounds& bo
   return {*this, bounds};
 }
 
-/// Returns the input's features for a stage. A pipeline has read them for all its stages; for a
-/// stage that is called on its own, this function reads them. O(features) at most.
+/// Reads the features for a stage, into the workspace's memory. O(features).
 inline FrameFeatures& frame_features(const FeaturesView& features, Workspace& workspace) {
   FrameFeatures& result = workspace.get<FrameFeatures>();
-  if (!result.keeps(features)) result.read(features);
+  result.read(features);
   return result;
 }
 

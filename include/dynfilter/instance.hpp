@@ -16,7 +16,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/detail/mask_row.hpp"
 
 namespace dynfilter {
 
@@ -110,13 +109,14 @@ inline void require_mask_type(const cv::Mat& mask, const char* component) {
 /// Returns the smallest box around the non-zero pixels. cv::boundingRect is not used because OpenCV
 /// 4.6 (Debian 12) returns a wrong box for some images a few pixels wide.
 inline cv::Rect bounding_box(const cv::Mat& mask) {
+  const auto is_on_object = [](std::uint8_t pixel) { return pixel != 0; };
   cv::Rect box;
   for (int y = 0; y < mask.rows; ++y) {
     const std::uint8_t* const row = mask.ptr<std::uint8_t>(y);
-    const std::uint8_t* const first = find_mask_pixel(row, row + mask.cols);
     const std::uint8_t* last = row + mask.cols;
+    const std::uint8_t* const first = std::find_if(row, last, is_on_object);
     if (first == last) continue;
-    while (*--last == 0) {
+    while (!is_on_object(*--last)) {
     }
     box |= cv::Rect(static_cast<int>(first - row), y, static_cast<int>(last - first) + 1, 1);
   }

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "dynfilter/filter_input.hpp"
-#include "dynfilter/frame_features.hpp"
 #include "dynfilter/labels.hpp"
 #include "dynfilter/segmentation.hpp"
 #include "dynfilter/stage.hpp"
@@ -75,7 +74,6 @@ void Pipeline<Stages...>::run(const FilterInput& input, bool has_segmentation,
   validate(input, "Pipeline");
   try {
     begin_frame(input, has_segmentation, labels);
-    const FrameFeatures::Reading reading(workspace.get<FrameFeatures>(), input.features);
     std::apply([&](const auto&... stage) { (run_stage(stage, input, labels, workspace), ...); },
                stages_);
   } catch (...) {

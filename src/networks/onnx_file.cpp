@@ -20,24 +20,20 @@ namespace {
 namespace fs = std::filesystem;
 
 // The numbers, from the ONNX project's onnx.proto3, of the fields that are read.
-namespace model_field {
-constexpr int graph = 7, metadata = 14;
-}
-namespace graph_field {
-constexpr int node = 1, initializer = 5, input = 11, output = 12;
-}
-namespace node_field {
-constexpr int input = 1, output = 2, op_type = 4, attribute = 5;
-}
-namespace attribute_field {
-constexpr int tensor = 5;
-}
-namespace tensor_field {
-constexpr int dims = 1, data_type = 2, float_data = 4, name = 8, raw_data = 9, external_data = 13;
-}
-namespace value_field {
-constexpr int name = 1, type = 2, tensor_type = 1, shape = 2, dimension = 1, size = 1;
-}
+enum ModelField { model_graph = 7, model_metadata = 14 };
+enum GraphField { graph_node = 1, graph_initializer = 5, graph_input = 11, graph_output = 12 };
+enum NodeField { node_input = 1, node_output = 2, node_op_type = 4, node_attribute = 5 };
+enum AttributeField { attribute_tensor = 5 };
+enum TensorField {
+  tensor_dims = 1,
+  tensor_data_type = 2,
+  tensor_float_data = 4,
+  tensor_name = 8,
+  tensor_raw_data = 9,
+  tensor_external_data = 13
+};
+enum ValueField { value_name = 1, value_type = 2 };
+enum TypeField { type_tensor = 1, tensor_type_shape = 2, shape_dimension = 1, dimension_size = 1 };
 constexpr std::int64_t float_type = 1, half_type = 10;
 constexpr std::size_t max_dimensions = 32;  // the limit of cv::Mat
 
@@ -51,12 +47,11 @@ std::pair<std::string, std::string> read_entry(std::string_view entry) {
 }
 
 OnnxValue read_value(std::string_view value) {
-  OnnxValue result{std::string(part_of(value, value_field::name)), {}};
-  const std::string_view tensor =
-      part_of(part_of(value, value_field::type), value_field::tensor_type);
+  OnnxValue result{std::string(part_of(value, value_name)), {}};
+  const std::string_view tensor = part_of(part_of(value, value_type), type_tensor);
   for (const std::string_view dimension :
-       parts_of(part_of(tensor, value_field::shape), value_field::dimension)) {
-    const std::vector<std::int64_t> sizes = numbers_of(dimension, value_field::size);
+       parts_of(part_of(tensor, tensor_type_shape), shape_dimension)) {
+    const std::vector<std::int64_t> sizes = numbers_of(dimension, dimension_size);
     const std::int64_t size = sizes.empty() ? 0 : sizes.back();
     const bool is_known = size > 0 && size <= std::numeric_limits<int>::max();
     result.shape.push_back(is_known ? static_cast<int>(size) : 0);
@@ -67,18 +62,17 @@ OnnxValue read_value(std::string_view value) {
 /// Returns the constant tensors: initializers, and what the nodes Constant and Identity forward.
 Constants constants_of(std::string_view graph) {
   Constants constants;
-  for (const std::string_view tensor : parts_of(graph, graph_field::initializer)) {
-    constants[std::string(part_of(tensor, tensor_field::name))] = tensor;
+  for (const std::string_view tensor : parts_of(graph, graph_initializer)) {
+    constants[std::string(part_of(tensor, tensor_name))] = tensor;
   }
-  for (const std::string_view node : parts_of(graph, graph_field::node)) {  // in their order
-    const std::string_view type = part_of(node, node_field::op_type);
-    const std::string output(part_of(node, node_field::output));
+  for (const std::string_view node : parts_of(graph, graph_node)) {  // in their order
+    const std::string_view type = part_of(node, node_op_type);
+    const std::string output(part_of(node, node_output));
     if (type == "Constant") {
-      const std::string_view value =
-          part_of(part_of(node, node_field::attribute), attribute_field::tensor);
+      const std::string_view value = part_of(part_of(node, node_attribute), attribute_tensor);
       if (!value.empty()) constants[output] = value;
     }
-    const auto source = constants.find(std::string(part_of(node, node_field::input)));
+    const auto source = constants.find(std::string(part_of(node, node_input)));
     if (type == "Identity" && source != constants.end()) constants[output] = source->second;
   }
   return constants;
@@ -87,8 +81,8 @@ Constants constants_of(std::string_view graph) {
 /// Returns the values of a float tensor; an empty matrix for another type, for more dimensions than
 /// cv::Mat allows, or for a count that does not match the shape.
 cv::Mat values_of(std::string_view tensor) {
-  const std::vector<std::int64_t> type = numbers_of(tensor, tensor_field::data_type);
-  const std::vector<std::int64_t> sides = numbers_of(tensor, tensor_field::dims);
+  const std::vector<std::int64_t> type = numbers_of(tensor, tensor_data_type);
+  const std::vector<std::int64_t> sides = numbers_of(tensor, tensor_dims);
   const bool is_half = !type.empty() && type.back() == half_type;
   if (type.empty() || (type.back() != float_type && !is_half)) return {};
   if (sides.empty() || sides.size() > max_dimensions) return {};
@@ -99,8 +93,8 @@ cv::Mat values_of(std::string_view tensor) {
     shape.push_back(static_cast<int>(side));
     bytes *= static_cast<std::size_t>(side);
   }
-  std::string data(part_of(tensor, tensor_field::raw_data));
-  for (const std::string_view part : parts_of(tensor, tensor_field::float_data)) data += part;
+  std::string data(part_of(tensor, tensor_raw_data));
+  for (const std::string_view part : parts_of(tensor, tensor_float_data)) data += part;
   if (data.size() != bytes) return {};
   if (shape.size() == 1) shape.insert(shape.begin(), 1);
   cv::Mat values;
@@ -110,7 +104,7 @@ cv::Mat values_of(std::string_view tensor) {
 }
 
 void refuse_external_data(const fs::path& path, std::string_view tensor) {
-  for (const std::string_view entry : parts_of(tensor, tensor_field::external_data)) {
+  for (const std::string_view entry : parts_of(tensor, tensor_external_data)) {
     const auto [key, value] = read_entry(entry);
     if (key != "location") continue;
     const fs::path file = path.parent_path() / value;
@@ -150,17 +144,17 @@ std::vector<char> read_bytes(const fs::path& path) {
 
 void read_model(const fs::path& path, OnnxFile& file) {
   const std::string_view model(file.bytes.data(), file.bytes.size());
-  for (const std::string_view entry : parts_of(model, model_field::metadata)) {
+  for (const std::string_view entry : parts_of(model, model_metadata)) {
     file.metadata.insert(read_entry(entry));
   }
-  const std::string_view graph = part_of(model, model_field::graph);
-  const std::vector<std::string_view> outputs = parts_of(graph, graph_field::output);
-  if (outputs.empty() || parts_of(graph, graph_field::node).empty()) {
+  const std::string_view graph = part_of(model, model_graph);
+  const std::vector<std::string_view> outputs = parts_of(graph, graph_output);
+  if (outputs.empty() || parts_of(graph, graph_node).empty()) {
     throw MalformedMessage("it has no layers or no outputs");
   }
   const Constants constants = constants_of(graph);
   for (const auto& [name, tensor] : constants) refuse_external_data(path, tensor);
-  for (const std::string_view part : parts_of(graph, graph_field::input)) {
+  for (const std::string_view part : parts_of(graph, graph_input)) {
     const OnnxValue input = read_value(part);
     if (constants.count(input.name) == 0) file.inputs.push_back(input);
   }

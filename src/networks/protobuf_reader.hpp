@@ -48,21 +48,15 @@ inline std::vector<ProtobufField> fields_of(std::string_view message) {
     const std::uint64_t key = take_varint(message);
     ProtobufField field{key >> 3U, (key & 7U) == 0, 0, {}};
     std::uint64_t length = 0;
-    switch (key & 7U) {
-      case 0:
-        field.number = take_varint(message);
-        break;
-      case 1:
-        length = 8;
-        break;
-      case 2:
-        length = take_varint(message);
-        break;
-      case 5:
-        length = 4;
-        break;
-      default:
-        throw MalformedMessage("an unknown type of field");
+    const std::uint64_t type = key & 7U;
+    if (type == 0) {
+      field.number = take_varint(message);
+    } else if (type == 2) {
+      length = take_varint(message);
+    } else if (type == 1 || type == 5) {
+      length = type == 1 ? 8 : 4;
+    } else {
+      throw MalformedMessage("an unknown type of field");
     }
     if (field.id == 0) throw MalformedMessage("a field without number");
     if (length > message.size()) throw MalformedMessage("cut off in a field");

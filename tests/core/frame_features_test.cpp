@@ -96,21 +96,5 @@ TEST(FrameFeatures, QueriesNest) {
   EXPECT_EQ(inner.size(), 2U + 5 * 3U);
 }
 
-TEST(FrameFeatures, AreReadOnceForAllStagesAndAgainForOthers) {
-  std::vector<cv::Point2f> points = {{1, 1}, {2, 2}};
-  const std::vector<cv::Point2f> others = {{7, 7}};
-  Workspace workspace;
-  {
-    const FrameFeatures::Reading reading(workspace.get<FrameFeatures>(), points);
-    EXPECT_TRUE(workspace.get<FrameFeatures>().keeps(points));
-    EXPECT_EQ(frame_features(points, workspace).pixel(0), cv::Point(1, 1));
-    EXPECT_EQ(frame_features(others, workspace).pixel(0), cv::Point(7, 7));
-    EXPECT_FALSE(workspace.get<FrameFeatures>().keeps(points)) << "others were read over them";
-    EXPECT_EQ(frame_features(points, workspace).pixel(1), cv::Point(2, 2));
-  }
-  points[0] = {5, 5};  // of the next frame, in the same memory
-  EXPECT_EQ(frame_features(points, workspace).pixel(0), cv::Point(5, 5));
-}
-
 }  // namespace
 }  // namespace dynfilter::testing

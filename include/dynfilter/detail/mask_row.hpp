@@ -13,30 +13,22 @@
 
 namespace dynfilter::detail {
 
-/// Reads some pixels of a mask's row as one number, which is 0 if none of them is on the mask.
-template <class Word>
-Word mask_word(const std::uint8_t* pixels) {
-  Word word;
+/// Reads eight pixels of a mask's row as one number, which is 0 if none of them is on the mask.
+inline std::uint64_t mask_word(const std::uint8_t* pixels) {
+  std::uint64_t word;
   std::memcpy(&word, pixels, sizeof(word));
   return word;
 }
 
-/// Whether any pixel of a part of a mask's row is on the mask. `first` must not be after `end`.
-inline bool has_mask_pixel(const std::uint8_t* first, const std::uint8_t* end) {
-  if (end - first < 4)
-    return std::any_of(first, end, [](std::uint8_t pixel) { return pixel != 0; });
-  if (end - first < 8) {  // two words that overlap
-    return (mask_word<std::uint32_t>(first) | mask_word<std::uint32_t>(end - 4)) != 0;
-  }
-  std::uint64_t any = mask_word<std::uint64_t>(end - 8);
-  for (; end - first >= 8; first += 8) any |= mask_word<std::uint64_t>(first);
-  return any != 0;
-}
-
 /// Returns the first pixel of a part of a mask's row that is on the mask, or `end`.
 inline const std::uint8_t* find_mask_pixel(const std::uint8_t* first, const std::uint8_t* end) {
-  while (end - first >= 8 && mask_word<std::uint64_t>(first) == 0) first += 8;
+  while (end - first >= 8 && mask_word(first) == 0) first += 8;
   return std::find_if(first, end, [](std::uint8_t pixel) { return pixel != 0; });
+}
+
+/// Whether any pixel of a part of a mask's row is on the mask. `first` must not be after `end`.
+inline bool has_mask_pixel(const std::uint8_t* first, const std::uint8_t* end) {
+  return find_mask_pixel(first, end) != end;
 }
 
 /// Returns the first pixel of a part of a mask's row that is off the mask, or `end`.
