@@ -56,7 +56,7 @@ class FrameFeatures {
 
   /// Returns the indices of the features whose pixels lie inside the box, for a range-based for
   /// loop, in no specified order. The box may lie outside the image; its right and lower edges do
-  /// not belong to it. The result refers to this object and is valid until the next call of `read`.
+  /// not belong to it. The result refers to this object and is valid until other features are read.
   /// Write the type, cv::Rect(x, y, width, height), because bare braces are ambiguous. O(features
   /// in the box's strips).
   Inside inside(const cv::Rect& box) const;
