@@ -7,8 +7,6 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include <cstddef>
-#include <cstdint>
-#include <vector>
 
 #include <opencv2/core.hpp>
 
@@ -17,17 +15,6 @@
 #include "dynfilter/labels.hpp"
 
 namespace dynfilter {
-
-/// Returns the index of each feature after keep_static, or -1 if it was removed. For arrays that
-/// refer to features by index.
-inline std::vector<std::int32_t> new_indices(const FeatureLabels& labels) {
-  std::vector<std::int32_t> indices(labels.size(), -1);
-  std::int32_t next = 0;
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    if (!labels.is_removed(i)) indices[i] = next++;
-  }
-  return indices;
-}
 
 /// Returns how many features below index `pivot` are kept. Hosts whose arrays have two blocks need
 /// it (ORB-SLAM3's monoLeft, monoRight, Nleft). Throws std::invalid_argument for a pivot above the

@@ -149,11 +149,7 @@ class MaskCuller {
         static_cast<std::int64_t>(std::min(std::ceil(options_.margin_px), detail::max_mask_radius));
     for (const std::size_t i : features.inside(detail::bounds_of(masked, reach_px))) {
       if (labels.is_removed(i)) continue;
-      const cv::Point pixel = features.pixel(i);
-      const bool is_near = options_.margin_px > 0
-                               ? detail::mask_within(instance, pixel, options_.margin_px)
-                               : instance.covers(pixel);
-      if (!is_near) continue;
+      if (!detail::mask_within(instance, features.pixel(i), options_.margin_px)) continue;
       labels.remove(i, static_cast<std::int32_t>(k), Reason::in_mask, instance.score);
     }
   }

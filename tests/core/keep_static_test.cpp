@@ -120,11 +120,6 @@ TEST(KeepStatic, ReadsNoRowBehindTheMatrix) {
   }
 }
 
-TEST(NewIndices, MapEveryKeptFeatureToItsNewIndex) {
-  EXPECT_EQ(new_indices(labels_with(5, {0, 3})), (std::vector<std::int32_t>{-1, 0, 1, -1, 2}));
-  EXPECT_TRUE(new_indices(labels_with(0, {})).empty());
-}
-
 TEST(KeptBelow, CountsKeptFeaturesBelowAPivot) {
   const FeatureLabels labels = labels_with(5, {0, 3});
   const std::size_t expected[] = {0, 0, 1, 2, 2, 3};
