@@ -224,20 +224,21 @@ std::string ablation_tables(const std::vector<RunRecord>& runs, Truth truth) {
   };
   const auto left = &FeatureScores::dynamic_left;
   const auto removed = &FeatureScores::static_removed;
-  add_overview("dynamic left/static removed a frame (in a worst frame of a hundred)",
-               [&](const Runs& runs, const Group&) {
-                 const auto mean = medians(runs, {{per_frame(left), 1}, {per_frame(removed), 1}});
-                 const auto worst_frame = medians(runs, {{worst(left), 0}, {worst(removed), 0}});
-                 return mean == "-" ? mean : mean + " (" + worst_frame + ")";
-               });
+  add_overview(
+      "dynamic left/static removed a frame (in a worst frame of a hundred)",
+      [&](const Runs& of_rule, const Group&) {
+        const auto mean = medians(of_rule, {{per_frame(left), 1}, {per_frame(removed), 1}});
+        const auto worst_frame = medians(of_rule, {{worst(left), 0}, {worst(removed), 0}});
+        return mean == "-" ? mean : mean + " (" + worst_frame + ")";
+      });
   add_overview("RMSE of the ATE in m/frames tracked in %/features kept at the fewest",
-               [](const Runs& runs, const Group&) {
-                 return medians(runs, {{ate_m, 4}, {tracked_percent, 0}, {fewest_kept, 0}});
+               [](const Runs& of_rule, const Group&) {
+                 return medians(of_rule, {{ate_m, 4}, {tracked_percent, 0}, {fewest_kept, 0}});
                });
   add_overview("ATE over that of rule mask", ate_over_masks);
-  add_overview("RPE over 1 s, RMSE in m/deg", [](const Runs& runs, const Group&) {
-    return medians(runs, {{rmse(&TrajectoryRecord::rpe_translation_m), 4},
-                          {rmse(&TrajectoryRecord::rpe_rotation_deg), 3}});
+  add_overview("RPE over 1 s, RMSE in m/deg", [](const Runs& of_rule, const Group&) {
+    return medians(of_rule, {{rmse(&TrajectoryRecord::rpe_translation_m), 4},
+                             {rmse(&TrajectoryRecord::rpe_rotation_deg), 3}});
   });
   add(paper_table(groups));
   return text;

@@ -230,7 +230,9 @@ TEST(MotionCrowd, DoesNotLeadTheCamerasMotionAstray) {
       EXPECT_FALSE(labels[i].reason == Reason::moving && labels[i].instance >= 0) << frame;
     }
     if (frame == 60) continue;
-    if (frame == 61) EXPECT_GT(restored_beside(shot.rendered.poor_segmentation, labels, shot), 0);
+    if (frame == 61) {
+      EXPECT_GT(restored_beside(shot.rendered.poor_segmentation, labels, shot), 0);
+    }
     const auto& over = workspace.get<detail::MotionScratch>().over[detail::short_baseline];
     const cv::Vec3d truth = exact_prior(scene, frame).pose.translation;
     astray += cv::norm(over.pose.translation - truth) > 0.001 ? 1 : 0;
