@@ -48,7 +48,8 @@ case "$name" in
     chosen[--levels]+=,near_crowd
     chosen[--seeds]=101-103
     chosen[--every]=10
-    unset 'chosen[--frames]' 'chosen[--rules]'
+    unset 'chosen[--frames]'
+    chosen[--rules]=none,mask,dynaslam,crowd_slam,ngd_slam,paper,depth
     marks='feature tables'
     tables='^all: dynamic left'
     ;;
