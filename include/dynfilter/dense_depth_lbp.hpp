@@ -7,8 +7,6 @@
 #ifndef DYNFILTER_DENSE_DEPTH_LBP_HPP
 #define DYNFILTER_DENSE_DEPTH_LBP_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <cstdint>
 
 #include <opencv2/core.hpp>

@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_DEPTH_COMPENSATOR_HPP
 #define DYNFILTER_DEPTH_COMPENSATOR_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

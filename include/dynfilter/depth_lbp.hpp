@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_DEPTH_LBP_HPP
 #define DYNFILTER_DEPTH_LBP_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <cstddef>
 #include <cstdint>
 #include <optional>

@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_DETECTION_MASK_HPP
 #define DYNFILTER_DETECTION_MASK_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <utility>
 
 #include <opencv2/core.hpp>

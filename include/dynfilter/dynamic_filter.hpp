@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_DYNAMIC_FILTER_HPP
 #define DYNFILTER_DYNAMIC_FILTER_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include "dynfilter/depth_compensator.hpp"
 #include "dynfilter/edge_compensator.hpp"
 #include "dynfilter/feature_floor.hpp"

@@ -7,8 +7,6 @@
 #ifndef DYNFILTER_DYNFILTER_HPP
 #define DYNFILTER_DYNFILTER_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include "dynfilter/depth_compensator.hpp"
 #include "dynfilter/depth_lbp.hpp"
 #include "dynfilter/detection_mask.hpp"

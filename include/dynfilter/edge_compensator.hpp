@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_EDGE_COMPENSATOR_HPP
 #define DYNFILTER_EDGE_COMPENSATOR_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_FEATURE_FLOOR_HPP
 #define DYNFILTER_FEATURE_FLOOR_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <cmath>
 #include <cstddef>
 

@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_FEATURE_SAMPLER_HPP
 #define DYNFILTER_FEATURE_SAMPLER_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

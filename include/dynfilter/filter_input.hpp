@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_FILTER_INPUT_HPP
 #define DYNFILTER_FILTER_INPUT_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/features.hpp"
 #include "dynfilter/frame.hpp"

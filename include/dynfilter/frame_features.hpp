@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_FRAME_FEATURES_HPP
 #define DYNFILTER_FRAME_FEATURES_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cstddef>

@@ -29,8 +29,6 @@
 #ifndef DYNFILTER_HOST_MASKS_HPP
 #define DYNFILTER_HOST_MASKS_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <cstddef>
 #include <cstdint>
 

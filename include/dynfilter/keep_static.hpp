@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_KEEP_STATIC_HPP
 #define DYNFILTER_KEEP_STATIC_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <cstddef>
 
 #include <opencv2/core.hpp>

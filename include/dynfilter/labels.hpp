@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_LABELS_HPP
 #define DYNFILTER_LABELS_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_MASK_CULLER_HPP
 #define DYNFILTER_MASK_CULLER_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>

@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_OVERLAY_HPP
 #define DYNFILTER_OVERLAY_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <opencv2/core.hpp>
 
 #include "dynfilter/detail/errors.hpp"

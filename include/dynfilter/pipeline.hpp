@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_PIPELINE_HPP
 #define DYNFILTER_PIPELINE_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <tuple>
 #include <utility>
 

@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_SEGMENTATION_HPP
 #define DYNFILTER_SEGMENTATION_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <cmath>
 #include <cstdint>
 #include <vector>

@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_SEGMENTER_HPP
 #define DYNFILTER_SEGMENTER_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <functional>
 #include <utility>
 #include <vector>

@@ -7,8 +7,6 @@
 #ifndef DYNFILTER_STAGE_HPP
 #define DYNFILTER_STAGE_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <type_traits>
 
 #include "dynfilter/filter_input.hpp"

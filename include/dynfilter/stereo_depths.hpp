@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_STEREO_DEPTHS_HPP
 #define DYNFILTER_STEREO_DEPTHS_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_DETAIL_MASK_DISTANCE_HPP
 #define DYNFILTER_DETAIL_MASK_DISTANCE_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

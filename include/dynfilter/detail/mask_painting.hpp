@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_DETAIL_MASK_PAINTING_HPP
 #define DYNFILTER_DETAIL_MASK_PAINTING_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <algorithm>
 #include <cstdint>
 

@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_DETAIL_OVERLAY_DRAWING_HPP
 #define DYNFILTER_DETAIL_OVERLAY_DRAWING_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cstdint>

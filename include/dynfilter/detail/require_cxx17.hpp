@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Check of the language standard, the first include of every core header. ORB-SLAM2, ORB-SLAM3 and
-// most of their forks write -std=c++11 into CMAKE_CXX_FLAGS. A target's compile feature cannot undo
-// that, because CMake sees that the compiler's default is new enough and adds no flag. The include
-// that cannot be found ends the compilation, so that this one message is not buried under hundreds
-// of others.
+// Check of the language standard, the first include of each header that includes no other one of
+// the library. ORB-SLAM2, ORB-SLAM3 and most of their forks write -std=c++11 into CMAKE_CXX_FLAGS.
+// A target's compile feature cannot undo that, because CMake sees that the compiler's default is
+// new enough and adds no flag. The include that cannot be found ends the compilation, so that this
+// one message is not buried under hundreds of others.
 
 #ifndef DYNFILTER_DETAIL_REQUIRE_CXX17_HPP
 #define DYNFILTER_DETAIL_REQUIRE_CXX17_HPP

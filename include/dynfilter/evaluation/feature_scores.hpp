@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_EVALUATION_FEATURE_SCORES_HPP
 #define DYNFILTER_EVALUATION_FEATURE_SCORES_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <algorithm>
 #include <cstddef>
 

@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_EVALUATION_RGBD_SEQUENCE_HPP
 #define DYNFILTER_EVALUATION_RGBD_SEQUENCE_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <cstddef>
 #include <filesystem>
 #include <map>

@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_EVALUATION_TRAJECTORY_ERRORS_HPP
 #define DYNFILTER_EVALUATION_TRAJECTORY_ERRORS_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

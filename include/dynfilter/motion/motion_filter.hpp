@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_MOTION_MOTION_FILTER_HPP
 #define DYNFILTER_MOTION_MOTION_FILTER_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <memory>
 
 #include "dynfilter/dynamic_filter.hpp"

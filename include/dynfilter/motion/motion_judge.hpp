@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_MOTION_MOTION_JUDGE_HPP
 #define DYNFILTER_MOTION_MOTION_JUDGE_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <memory>
 #include <vector>
 

@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_MOTION_RELATIVE_POSE_HPP
 #define DYNFILTER_MOTION_RELATIVE_POSE_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <cstddef>
 #include <cstdint>
 #include <optional>

@@ -22,8 +22,6 @@
 #ifndef DYNFILTER_NETWORKS_NETWORK_SEGMENTER_HPP
 #define DYNFILTER_NETWORKS_NETWORK_SEGMENTER_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <filesystem>
 #include <memory>
 #include <optional>

@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_SEGMENTERS_ASYNC_SEGMENTER_HPP
 #define DYNFILTER_SEGMENTERS_ASYNC_SEGMENTER_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <cstddef>
 #include <cstdint>
 #include <memory>

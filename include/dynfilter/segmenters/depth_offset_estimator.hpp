@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_SEGMENTERS_DEPTH_OFFSET_ESTIMATOR_HPP
 #define DYNFILTER_SEGMENTERS_DEPTH_OFFSET_ESTIMATOR_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <array>
 #include <cstddef>
 #include <deque>

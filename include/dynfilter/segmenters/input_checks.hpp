@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_SEGMENTERS_INPUT_CHECKS_HPP
 #define DYNFILTER_SEGMENTERS_INPUT_CHECKS_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <cstddef>
 #include <limits>
 #include <optional>

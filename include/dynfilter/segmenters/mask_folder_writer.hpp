@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_SEGMENTERS_MASK_FOLDER_WRITER_HPP
 #define DYNFILTER_SEGMENTERS_MASK_FOLDER_WRITER_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>

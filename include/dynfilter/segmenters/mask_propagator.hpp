@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_SEGMENTERS_MASK_PROPAGATOR_HPP
 #define DYNFILTER_SEGMENTERS_MASK_PROPAGATOR_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <memory>
 #include <optional>
 

@@ -8,8 +8,6 @@
 #ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_DENSE_HPP
 #define DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_DENSE_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
