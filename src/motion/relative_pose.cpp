@@ -10,10 +10,10 @@
 #include <tuple>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/mixed_bits.hpp"
 #include "dynfilter/detail/quantile.hpp"
 #include "linear_residual.hpp"
 #include "pose_prior.hpp"
-#include "random.hpp"
 
 namespace dynfilter {
 namespace {
@@ -48,6 +48,19 @@ struct Deciding {
 constexpr Deciding with_static_third{0.33, 1};
 // A trusted prior holds where most features move. Few static ones are left there.
 constexpr Deciding with_trusted_prior{0.1, 0.2};
+
+/// Sequence of random numbers, always the same.
+class Random {
+ public:
+  /// Returns a number below `count`, which is above 0 and far below 2^32.
+  std::size_t below(std::size_t count) {
+    state_ += 0x9E3779B97F4A7C15U;
+    return static_cast<std::size_t>(((detail::mixed_bits(state_) >> 32U) * count) >> 32U);
+  }
+
+ private:
+  std::uint64_t state_ = detail::mixed_bits(seed);
+};
 
 /// Place of an observation in the order in which the sample takes them.
 struct Rank {
@@ -168,7 +181,7 @@ struct Fit {
   /// and fewer hypotheses, because two static observations are found sooner than four.
   RelativePose searched(const RelativePose& start, const std::optional<PosePrior>& prior) const {
     const bool turns = freedom == Freedom::turns;
-    detail::Random random(seed);
+    Random random;
     linearise(start, sample_size());
     RelativePose best = start;
     constexpr double infinity = std::numeric_limits<double>::infinity();

@@ -10,7 +10,6 @@
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
-#include "plugin/stopwatch.hpp"
 #ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
 #include "dynfilter/segmenters/remote_segmenter.hpp"
 #endif
@@ -173,10 +172,12 @@ std::optional<Segmentation> MaskSource::segment(const FrameView& frame, bool is_
                         (size.empty() || size == masks->image_size);
     if (hand_over_ || is_own) return masks;
   }
-  const Stopwatch stopwatch;
+  cv::TickMeter stopwatch;
+  stopwatch.start();
   std::optional<Segmentation> masks =
       folder_ ? folder_->segment(frame) : segmenter_->segment(frame);
-  made_s_ = stopwatch.elapsed_s();
+  stopwatch.stop();
+  made_s_ = stopwatch.getTimeSec();
   return masks;
 }
 

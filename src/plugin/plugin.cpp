@@ -25,7 +25,6 @@
 #include "plugin/pair_depths.hpp"
 #include "plugin/plugin_settings.hpp"
 #include "plugin/recorder.hpp"
-#include "plugin/stopwatch.hpp"
 #ifdef DYNFILTER_HAS_MOTION
 #include "dynfilter/motion/motion_filter.hpp"
 #endif
@@ -170,7 +169,8 @@ struct Plugin::State {
     }
     home.require_here("Plugin::filter");
     detail::require_matching_sizes(columns);
-    const detail::Stopwatch in_all;
+    cv::TickMeter in_all, for_masks;
+    in_all.start();
     detail::FrameTimes times;
     const FrameView frame = view(timestamp_s, depth);
     if (depth.type() == CV_16UC1 && !depth.empty() && !(frame.metres_per_unit > 0)) {
@@ -180,19 +180,21 @@ struct Plugin::State {
     }
     validate(frame, "Plugin::filter");
     require_size_of_static_mask(frame);
-    const detail::Stopwatch for_masks;
+    for_masks.start();
     const std::optional<Segmentation>& segmentation = masks->masks_for(frame);
     const Segmentation shown = segmentation.value_or(Segmentation());
     if (is_answered(timestamp_s, columns.keypoints)) return drop_removed(columns, shown);
     answered_s.reset();
-    times.masks_s = for_masks.elapsed_s();
+    for_masks.stop();
+    times.masks_s = for_masks.getTimeSec();
     times.masks_made_s = masks->made_s();
     const FeaturesView features = features_of(columns, frame, segmentation);
     apply(frame, segmentation, features);
     keep_at_least_one(labels);
     const FrameStatistics& statistics = labels.statistics();
     cv::KeyPoint::convert(columns.keypoints, points);
-    times.filter_s = in_all.elapsed_s();
+    in_all.stop();
+    times.filter_s = in_all.getTimeSec();
     if (recorder) recorder->record(frame, shown, features, labels, times);
     // Depths of a mono host's map points begin no map.
     const bool has_depth = statistics.has_depth || columns.right_x != nullptr;

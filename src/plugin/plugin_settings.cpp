@@ -3,6 +3,7 @@
 
 #include "plugin/plugin_settings.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <stdexcept>
 #include <vector>
@@ -12,7 +13,6 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "io/camera_keys.hpp"
-#include "io/hand_over_names.hpp"
 #include "io/image_file.hpp"
 #include "io/staged_folder.hpp"
 #include "plugin/settings_file.hpp"
@@ -62,8 +62,10 @@ void require_one_segmenter(const SettingsFile& file, const PluginSettings& setti
 void read_masks(SettingsFile& file, PluginSettings& settings) {
   read_segmenter(file, settings);
   std::string thread, moved = "no", order = "bgr";
-  file.read_choice("async", hand_over_names(), thread);
-  if (!thread.empty()) settings.hand_over = hand_over_of(thread);
+  const std::vector<std::string> threads = {"wait", "limited_wait", "latest", "drop"};
+  file.read_choice("async", threads, thread);
+  const auto chosen = std::find(threads.begin(), threads.end(), thread) - threads.begin();
+  if (!thread.empty()) settings.hand_over = static_cast<HandOver>(chosen);  // in that order
   file.read_choice("propagate", {"no", "yes"}, moved);
   settings.moves_masks = moved == "yes";
   file.read_choice("missing_masks", {"error", "keep"}, settings.missing_masks);
