@@ -15,7 +15,6 @@ namespace dynfilter::detail {
 template <class Action>
 void for_each_within(const MotionContext& context, const Instance& instance, double distance_px,
                      const Action& action) {
-  if (instance.mask.empty()) return;
   FrameFeatures& index = frame_features(context.input.features, context.workspace);
   const PixelBounds reach = bounds_of(cv::Rect(instance.mask_origin, instance.mask.size()),
                                       static_cast<std::int64_t>(distance_px) + 1);

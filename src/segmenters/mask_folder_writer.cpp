@@ -69,7 +69,7 @@ std::string table_row(const std::string& stem, std::size_t label, const Instance
 
 void require_writable(const Segmentation& segmentation) {
   validate(segmentation, name);
-  if (segmentation.image_size.width <= 0 || segmentation.image_size.height <= 0) {
+  if (segmentation.image_size.empty()) {
     detail::throw_misuse(name, "image_size " + detail::size_name(segmentation.image_size),
                          "the size of the image that was segmented");
   }

@@ -196,6 +196,9 @@ TEST(TrajectoryErrors, MatchHandComputedValues) {
   EXPECT_NEAR(ate.standard_deviation, std::sqrt(0.1875 - 0.140625), 1e-12);
   EXPECT_NEAR(ate.min_error, 0.25, 1e-12);
   EXPECT_NEAR(ate.max_error, 0.75, 1e-12);
+  // Errors of 0.1, 0.2, 0.3 and 0.6.
+  const auto other = absolute_trajectory_error(along_x({0.1, 1.2, 2.3, 2.4}), truth);
+  EXPECT_NEAR(other.translation_m.median, 0.25, 1e-12);
   // The estimate's steps are 1, 1, 1.5 and 0.5; the interval that ends at the last pose is omitted.
   const auto rpe = relative_pose_error(along_x({0, 1, 2, 3.5, 4}), along_x({0, 1, 2, 3, 4}));
   EXPECT_EQ(rpe.translation_m.count, 3U);

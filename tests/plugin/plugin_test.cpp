@@ -228,17 +228,16 @@ TEST_F(PluginTest, RecordsFramesAndOverlaysOnRequest) {
 
 TEST_F(PluginTest, TakesImagesOfEveryOrderOfColours) {
   const HostFrame shown(0);
-  cv::Mat four, rgb, rgba;
+  cv::Mat four, rgb, rgba, grey;
   cv::cvtColor(shown.image, four, cv::COLOR_BGR2BGRA);
   four.forEach<cv::Vec4b>([](cv::Vec4b& pixel, const int*) { pixel[3] = 77; });
   cv::cvtColor(shown.image, rgb, cv::COLOR_BGR2RGB);
   cv::cvtColor(four, rgba, cv::COLOR_BGRA2RGBA);
+  cv::cvtColor(shown.image, grey, cv::COLOR_BGR2GRAY);
   const std::string is_rgb = "dynfilter.colour_order: \"rgb\"\n";
-  const std::tuple<const char*, cv::Mat, std::string> images[] = {{"bgr", shown.image, ""},
-                                                                  {"bgra", four, ""},
-                                                                  {"rgb", rgb, is_rgb},
-                                                                  {"rgba", rgba, is_rgb},
-                                                                  {"not told", rgb, ""}};
+  const std::tuple<const char*, cv::Mat, std::string> images[] = {
+      {"bgr", shown.image, ""}, {"bgra", four, ""},    {"rgb", rgb, is_rgb},
+      {"rgba", rgba, is_rgb},   {"not told", rgb, ""}, {"grey", grey, ""}};
   std::vector<std::vector<uchar>> overlays;
   for (const auto& [name, image, lines] : images) {
     Plugin plugin(settings(recording(name, 1) + lines));
