@@ -48,6 +48,10 @@ std::string masks_name(const RuleInfo& rule, const FrameSource& source,
 /// Computes the errors of an estimate, or the reasons why they are missing.
 TrajectoryRecord errors_of(const Trajectory& estimate, const Trajectory& truth) {
   TrajectoryRecord record;
+  if (estimate.empty()) {
+    record.why_no_ate = record.why_no_rpe = "the odometry tracked no frame";
+    return record;
+  }
   // If the truth is unusable, the rest of the run's results still counts.
   try {
     const AbsoluteTrajectoryError ate = absolute_trajectory_error(estimate, truth);
@@ -83,6 +87,7 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
       rim_px_(settings.truth == Truth::by_motion ? SourceFacts().rim_px : source.facts().rim_px),
       filter_(mask_stage_of(rule, culler_options(rule, settings)),
               stage_of(rule, settings.mask_culler, source.facts().camera)),
+      masks_alone_(mask_stage_of(rule, culler_options(rule, settings))),
       pictures_(staged_.path(), source.size(), settings.overlays, rule) {
   if (rule.moves_masks()) propagator_.emplace();
   if (source.facts().has_depth && settings.every == 1) {
@@ -117,13 +122,13 @@ const FrameStatistics& RuleRun::process(const SourceFrame& frame, ExtractedFeatu
   record.timestamp_s = frame.frame.timestamp_s;
   record.statistics = labels_.statistics();
   const Segmentation shown = masks.value_or(Segmentation());
-  const FeatureLabels by_mask = only_masked(labels_, shown);
+  masks_alone_.apply(frame.frame, masks, features.keypoints, by_mask_, workspace_);
   const std::optional<Segmentation>& truth = dynamic_masks(frame, record_.settings.truth);
   if (truth) {
     record.scores = score_features(features.keypoints, labels_, *truth, rim_px_);
-    record.mask_only_scores = score_features(features.keypoints, by_mask, *truth, rim_px_);
+    record.mask_only_scores = score_features(features.keypoints, by_mask_, *truth, rim_px_);
   }
-  add_pictures(frame, shown, features.keypoints, record, by_mask);
+  add_pictures(frame, shown, features.keypoints, record);
   keep_static(labels_, features.keypoints, features.descriptors);
   if (odometry_) {
     const auto result = odometry_->track(frame.frame, features.keypoints, features.descriptors);
@@ -134,14 +139,13 @@ const FrameStatistics& RuleRun::process(const SourceFrame& frame, ExtractedFeatu
 }
 
 void RuleRun::add_pictures(const SourceFrame& frame, const Segmentation& masks,
-                           FeaturesView features, const FrameRecord& record,
-                           const FeatureLabels& by_mask) {
+                           FeaturesView features, const FrameRecord& record) {
   const cv::Mat& image = frame.frame.image;
   if (record.scores) {
     worst_.offer(record.scores->dynamic_left, frame.stem, image, masks, features, labels_);
   }
   if (pictures_.wants(record_.frames.size())) {
-    pictures_.add(frame.stem, image, masks, features, by_mask, labels_);
+    pictures_.add(frame.stem, image, masks, features, by_mask_, labels_);
   }
 }
 

@@ -63,14 +63,15 @@ class RuleRun {
  private:
   std::optional<Segmentation> masks_of(const SourceFrame& frame);
   void add_pictures(const SourceFrame& frame, const Segmentation& masks, FeaturesView features,
-                    const FrameRecord& record, const FeatureLabels& by_mask);
+                    const FrameRecord& record);
 
   RuleInfo rule_;
   detail::StagedFolder staged_;
   double rim_px_;
   std::optional<MaskPropagator> propagator_;
   Pipeline<AnyStage, AnyStage> filter_;
-  FeatureLabels labels_;
+  Pipeline<AnyStage> masks_alone_;
+  FeatureLabels labels_, by_mask_;
   Workspace workspace_;
   std::optional<odometry::Odometry> odometry_;
   RunPictures pictures_;

@@ -25,22 +25,6 @@ cv::Mat with_caption(const cv::Mat& picture, const std::string& text) {
 
 }  // namespace
 
-FeatureLabels only_masked(const FeatureLabels& labels, const Segmentation& segmentation) {
-  FeatureLabels masked(labels.size(), segmentation);
-  for (std::size_t k = 0; k < segmentation.instances.size(); ++k) {
-    masked.statistics().instances[k].dynamic = labels.statistics().instances[k].dynamic;
-  }
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    // A compensation stage may have restored features of a stale mask.
-    const Reason reason = labels[i].reason;
-    const bool was_masked =
-        reason == Reason::in_mask || reason == Reason::restored || reason == Reason::still;
-    if (!was_masked) continue;
-    masked.remove(i, labels[i].instance, Reason::in_mask, labels[i].score);
-  }
-  return masked;
-}
-
 bool RunPictures::wants(std::size_t frame) const {
   if (frame == 0 || pictures_ == 0) return pictures_ > 0;
   return pictures_ >= frames_ || frame * pictures_ / frames_ != (frame - 1) * pictures_ / frames_;

@@ -50,7 +50,4 @@ class WorstFrame {
   cv::Mat picture_;
 };
 
-/// Returns the labels that the masks alone would give.
-FeatureLabels only_masked(const FeatureLabels& labels, const Segmentation& segmentation);
-
 }  // namespace dynfilter::tools

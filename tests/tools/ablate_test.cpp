@@ -179,7 +179,7 @@ TEST(AblationTables, TellTheFramesTrackedBesideTheError) {
 
 // --- Rules that compare frames -------------------------------------------------------------------
 
-const std::vector<std::string> frame_rules = {"motion", "depth_motion", "mask_moved"};
+const std::vector<std::string> frame_rules = {"motion", "depth_motion", "mask"};
 
 TEST(FrameRules, ScenesOfASweepDoNotTouchEachOther) {
   const TemporaryFolder folder;
@@ -197,6 +197,12 @@ TEST(FrameRules, ScenesOfASweepDoNotTouchEachOther) {
     for (const char* name : {"moving", "custom", "kept", "dynamic_left", "static_removed"}) {
       EXPECT_EQ(together[name], one[name]) << rule << ' ' << name;
     }
+  }
+  const auto figures = [&](const char* rule) {
+    return read_json(alone / "cross_2" / rule / "summary.json");
+  };
+  for (const std::string name : {"dynamic_left", "static_removed"}) {
+    EXPECT_EQ(figures("depth_motion")[name + "_mask_only"], figures("mask")[name]) << name;
   }
 }
 
