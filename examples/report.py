@@ -17,8 +17,11 @@ import json
 import pathlib
 import sys
 
-import matplotlib.pyplot as plt
-import numpy as np
+try:
+    import matplotlib.pyplot as plt
+    import numpy as np
+except ImportError as error:
+    sys.exit(f"report.py: {error}; install python3-matplotlib and python3-numpy")
 
 ORDER = ["none", "mask", "paper", "depth"]  # further rules follow by name, and perfect comes last
 STYLE = """body { font: 16px/1.5 sans-serif; max-width: 1060px; margin: 2em auto; padding: 0 1em; color: #222; }
