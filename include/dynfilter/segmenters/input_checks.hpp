@@ -36,8 +36,11 @@ struct InputChecksOptions {
 
 /// Camera as a settings file describes it.
 struct CheckedCamera {
-  std::string model;                      ///< what makes it no pinhole; empty if it is one
-  double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels; fx = 0: unknown
+  std::string model;  ///< what makes it no pinhole; empty if it is one
+  /// @{
+  /// Focal length and principal point, pixels; fx = 0: unknown.
+  double fx = 0, fy = 0, cx = 0, cy = 0;
+  /// @}
 };
 
 /// Finding of InputChecks.
