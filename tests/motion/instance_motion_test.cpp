@@ -64,6 +64,17 @@ TEST(InstanceMotion, IsSettledWhereItStaysOrKeepsMoving) {
   EXPECT_FALSE(instances.is_settled(0)) << "it is another one";
 }
 
+/// A neighbour that is gone, whose box overlaps, does not pass its motion on.
+TEST(InstanceMotion, IsMatchedToOneOfTheLastFrame) {
+  InstanceMotion instances(still_frames);
+  for (int i = 0; i < still_frames; ++i) {
+    instances.begin_frame(at({here_box, here_box + cv::Point(10, 0)}));
+    instances.judge(0, quiet_votes);
+    instances.judge(1, moving_votes);
+  }
+  EXPECT_EQ(next(instances, quiet_votes), InstanceVerdict::still);
+}
+
 TEST(InstanceMotion, ForgivesOneRestlessFrameOfALongRest) {
   InstanceMotion instances = with_still_one();
   EXPECT_EQ(next(instances, restless_votes), InstanceVerdict::undecided);

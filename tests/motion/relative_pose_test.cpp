@@ -5,6 +5,7 @@
 
 #include "dynfilter/motion/pinhole_camera.hpp"
 #include "lab/scenes/scene_levels.hpp"
+#include "motion/rotation.hpp"
 #include "support/test.hpp"
 
 namespace dynfilter::testing {
@@ -55,6 +56,13 @@ Case rendered_case(double mover_share, const cv::Vec3d& mover_m, double noise_px
     result.observations.push_back({point, *result.camera.project(then_point) + noise});
   }
   return result;
+}
+
+TEST(Rotation, IsTheOneOfItsVector) {
+  EXPECT_EQ(cv::norm(detail::rotation_vector_of(cv::Matx33d::eye())), 0);
+  const cv::Vec3d vector(0.3, -0.2, 0.1);
+  const cv::Vec3d back = detail::rotation_vector_of(detail::rotation_of(vector));
+  EXPECT_LT(cv::norm(back - vector), 1e-12);
 }
 
 TEST(RelativePose, FindsExactRenderedPoses) {
