@@ -5,8 +5,6 @@
 
 #pragma once
 
-#include <array>
-
 #include <opencv2/core.hpp>
 
 #include "dynfilter/motion/relative_pose.hpp"
@@ -27,7 +25,7 @@ enum class Freedom { moves_and_turns, turns };
 /// Residual in pixels, linear in a small motion: (x, y) - (along_x, along_y) * motion.
 struct LinearResidual {
   double x = 0, y = 0;
-  std::array<double, 6> along_x, along_y;  // derivatives
+  cv::Vec6d along_x, along_y;  // derivatives
 
   double squared() const { return x * x + y * y; }
 
