@@ -27,7 +27,7 @@ constexpr int match_radius_px = 4;     // of a feature of the last frame where o
 
 // The fill: a feature of unclear motion moves if most around it do, at least two.
 constexpr int fill_radius_px = 25, min_filling = 2;
-constexpr double min_fill_share = 0.6;
+constexpr double min_fill_share = 0.8;
 constexpr float max_clear_ratio = 0.3F;  // below this share of the allowed shift, motion is clear
 
 // An instance is quiet if most of its tracked features shift by at most the largest of these. So
