@@ -83,8 +83,7 @@ inline void validate(const Segmentation& segmentation, const char* component) {
         "a finite time in seconds");
   }
   detail::require_image_size(segmentation.image_size, component);
-  const bool has_size = segmentation.image_size.width > 0 && segmentation.image_size.height > 0;
-  if (!has_size && !segmentation.instances.empty()) {
+  if (segmentation.image_size.empty() && !segmentation.instances.empty()) {
     detail::throw_misuse(
         component,
         detail::concatenate("image_size ", detail::size_name(segmentation.image_size), " and ",

@@ -17,7 +17,7 @@ void for_each_within(const MotionContext& context, const Instance& instance, dou
                      const Action& action) {
   FrameFeatures& index = frame_features(context.input.features, context.workspace);
   const PixelBounds reach = bounds_of(cv::Rect(instance.mask_origin, instance.mask.size()),
-                                      static_cast<std::int64_t>(distance_px) + 1);
+                                      static_cast<std::int64_t>(distance_px));
   for (const std::uint32_t i : index.inside(reach)) {
     if (mask_within(instance, index.pixel(i), distance_px)) action(i);
   }

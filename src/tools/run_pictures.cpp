@@ -26,8 +26,7 @@ cv::Mat with_caption(const cv::Mat& picture, const std::string& text) {
 }  // namespace
 
 bool RunPictures::wants(std::size_t frame) const {
-  if (frame == 0 || pictures_ == 0) return pictures_ > 0;
-  return pictures_ >= frames_ || frame * pictures_ / frames_ != (frame - 1) * pictures_ / frames_;
+  return frame * pictures_ % frames_ < pictures_;  // spread evenly, from the first on
 }
 
 void RunPictures::add(const std::string& stem, const cv::Mat& image,

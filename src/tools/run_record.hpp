@@ -103,12 +103,12 @@ struct RunRecord {
   }
 
   /// Returns the number of features that a worst frame has: the least one of the worst percent.
+  /// Needs scores.
   std::size_t worst(std::size_t FeatureScores::*count) const {
     std::vector<std::size_t> counts;
     for (const FrameRecord& frame : frames) {
       if (frame.scores) counts.push_back((*frame.scores).*count);
     }
-    if (counts.empty()) return 0;
     std::sort(counts.begin(), counts.end());
     return counts[counts.size() * 99 / 100];
   }
