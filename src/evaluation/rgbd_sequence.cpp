@@ -50,6 +50,8 @@ struct ImageLists {
   bool are_pairs = false;  // of associations.txt
   std::vector<ListedFrame> frames;
   std::vector<ListedFrame> depths;  // images of depth.txt, to be paired with those of the frames
+
+  bool has_depth() const { return are_pairs || !depths.empty(); }
 };
 
 /// Reads a list of times and files, two a row for pairs; the files lie in the folder. Refuses a
@@ -283,14 +285,14 @@ RgbdSequence::RgbdSequence(const fs::path& folder, const RgbdSequenceOptions& op
   const bool is_name = known_camera(camera_file_.string()).has_value();
   if (is_name || detail::exists(camera_file_)) {
     camera_ = read_camera(camera_file_);
-  } else if (options.needs_camera || !options.camera_file.empty()) {
+  } else if ((options.needs_camera && lists.has_depth()) || !options.camera_file.empty()) {
     throw_no_camera(camera_file_);
   }
   depth_offset_s_ = options.depth_offset_s.value_or(camera_.depth_offset_s);
+  has_depth_ = lists.has_depth();
 
   std::vector<ListedFrame> frames = frames_of(folder, std::move(lists), options, depth_offset_s_);
   require_files(frames);
-  has_depth_ = !frames.front().depth.file.empty();
   std::stable_sort(frames.begin(), frames.end(), [](const ListedFrame& a, const ListedFrame& b) {
     return a.image.time_s < b.image.time_s;
   });

@@ -26,6 +26,10 @@ const RuleInfo& checked(const RuleInfo& rule, const SceneSpec& scene, const Fram
                              " follows objects from frame to frame: got --every " +
                              std::to_string(settings.every) + "; want 1");
   }
+  if (rule.follows_motion() && !source.facts().has_depth) {
+    throw std::runtime_error("rule " + rule.name + " needs depth, which " + scene.name().name +
+                             " does not have");
+  }
   require_masks(source, settings.every);
   return rule;
 }

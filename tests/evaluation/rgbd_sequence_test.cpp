@@ -66,8 +66,10 @@ TEST(RgbdSequence, ReadsColourWithoutDepth) {
   const TemporaryFolder folder;
   write_images(folder, 2);
   folder.write("rgb.txt", "2.5 rgb/2.5.png\n1.5 rgb/1.5.png\n");
+  fs::remove(folder / "camera.yaml");
   const RgbdSequence sequence(folder.path());
   ASSERT_EQ(sequence.size(), 2U);
+  EXPECT_EQ(sequence.camera().fx, 0);
   EXPECT_FALSE(sequence.has_depth());
   EXPECT_TRUE(sequence.entry(0).depth_path.empty());
   EXPECT_EQ(sequence.entry(0).depth_timestamp_s, 1.5);
@@ -97,7 +99,7 @@ TEST(RgbdSequence, FindsGroundTruthAndMasks) {
 TEST(RgbdSequence, PrintsATemplateForAMissingCameraFile) {
   const TemporaryFolder folder;
   write_images(folder, 1);
-  folder.write("rgb.txt", "1.5 rgb/1.5.png\n");
+  folder.write("associations.txt", "1.5 rgb/1.5.png 1.51 depth/1.51.png\n");
   fs::remove(folder / "camera.yaml");
   std::string message;
   try {

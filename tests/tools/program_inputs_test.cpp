@@ -205,7 +205,7 @@ TEST_F(ProgramInputs, GiveTheScenesResultOrASentence) {
   }
 }
 
-// --- dynfilter masks, where neither lists nor a camera are needed --------------------------------
+// --- dynfilter masks and run, where neither lists nor a camera are needed ------------------------
 
 /// Lays the scene's colour images out as other data sets do. Names are those of the images.
 struct Layout {
@@ -213,7 +213,7 @@ struct Layout {
   Change change;
 };
 
-TEST_F(ProgramInputs, MasksNeedImagesOnly) {
+TEST_F(ProgramInputs, MasksAndRunNeedImagesOnly) {
   const auto without_lists = [](const fs::path& scene) {
     for (const char* file : {"rgb.txt", "depth.txt", "associations.txt", "camera.yaml"}) {
       fs::remove(scene / file);
@@ -276,6 +276,12 @@ TEST_F(ProgramInputs, MasksNeedImagesOnly) {
       EXPECT_EQ(found[i].stem().extension(), ".png") << found[i];
     }
     EXPECT_EQ(file_tree(scene), before);
+    if (is_tum) continue;  // its depth needs a camera
+    const fs::path run_out = out((layout.name + std::string(" run")).c_str());
+    succeed("run " + quoted(scene) + " --overlays 0 --out " + quoted(run_out));
+    EXPECT_GT(read_json(run_out / "summary.json")["masked"], 0);
+    expect_refused("run " + quoted(scene) + " --rule motion --out " + quoted(out("motion")),
+                   "rule motion needs depth");
   }
 }
 

@@ -29,8 +29,8 @@ struct RgbdSequenceOptions {
   /// system writes -0.033 for the same.) Without a value, the camera file's CameraParameters::
   /// depth_offset_s.
   std::optional<double> depth_offset_s = {};
-  /// Whether a missing camera file is an error. Without one, CameraParameters are all 0 and 16-bit
-  /// depth has no metres_per_unit.
+  /// Whether a missing camera file is an error where there is depth. Without one, CameraParameters
+  /// are all 0 and 16-bit depth has no metres_per_unit.
   bool needs_camera = true;
 };
 
