@@ -131,7 +131,9 @@ std::vector<Instance> labelled_instances(const cv::Mat& label_map,
   for (std::size_t k = 0; k < labels.size(); ++k) {
     if (!labels[k].mask.empty() && table.count(static_cast<int>(k + 1)) == 0) {
       detail::throw_file_error(
-          file, detail::concatenate("label ", k + 1, " has no row in instances.csv"));
+          file, detail::concatenate("label ", k + 1,
+                                    " has no row in instances.csv: is the table "
+                                    "of other masks? Without one, each label is a person"));
     }
   }
   std::vector<Instance> instances;

@@ -192,6 +192,7 @@ void ablate(const AblateOptions& options) {
       print_findings(result.findings, name);
     }
   }
+  std::printf("\nwritten to %s/<scene>/<rule>\n", plan.out.c_str());
 }
 
 /// Accepts the names that scene_level accepts.

@@ -130,12 +130,22 @@ void add_run_command(CLI::App& program) {
   command->add_option("--overlays", options->settings.overlays, "number of frames to draw")
       ->check(CLI::Range(0, 100000))
       ->capture_default_str();
-  command->footer(rule_list() +
-                  "\n\nexamples:\n"
-                  "  dynfilter run rgbd_dataset_freiburg3_walking_xyz --out result\n"
-                  "  dynfilter run scene --rule mask --masks scene/masks_true\n"
-                  "  dynfilter run --level medium --scene-seed 5 --rule crowd_slam\n"
-                  "  dynfilter run scene --model FILE.onnx");
+  command->footer(
+      rule_list() +
+      "\n\nrows of the report:\n"
+      "  removed by mask          on the mask of a dynamic object\n"
+      "  removed by compensation  off the masks, taken for the object by the rule\n"
+      "  restored                 removed first, and given back: motion sees it at rest\n"
+      "  kept at the fewest       features kept in the worst frame\n"
+      "  cautious frames          too few features were left, so only sure ones went\n"
+      "  dynamic left             should have gone, by the true masks or --truth\n"
+      "  static removed           should have stayed\n"
+      "  frames lost              the odometry found no pose\n\n"
+      "examples:\n"
+      "  dynfilter run rgbd_dataset_freiburg3_walking_xyz --out result\n"
+      "  dynfilter run scene --rule mask --masks scene/masks_true\n"
+      "  dynfilter run --level medium --scene-seed 5 --rule crowd_slam\n"
+      "  dynfilter run scene --model FILE.onnx");
   command->callback([options] {
     if (options->scene.sequence.empty() && options->scene.level.empty()) {
       throw CLI::RequiredError("SEQUENCE or --level");

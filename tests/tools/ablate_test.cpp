@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "support/changed_scene.hpp"
 #include "support/program.hpp"
 #include "support/small_scene_test.hpp"
 #include "support/test.hpp"
@@ -38,6 +39,8 @@ class Ablate : public ::testing::Test {
 };
 
 TEST_F(Ablate, PrintsTheTablesOfEveryGroup) {
+  EXPECT_EQ(printed().find('\r'), std::string::npos) << "progress is for terminals";
+  EXPECT_NE(printed().find("\nwritten to "), std::string::npos);
   for (const char* title :
        {"all: dynamic left/static removed a frame (in a worst frame of a hundred)",
         "all: RMSE of the ATE in m/frames tracked in %/features kept at the fewest",
@@ -121,6 +124,29 @@ TEST_F(Ablate, TakesOtherMasksAndAnotherCameraOfASequence) {
       << "the masks are the true ones";
 }
 
+TEST_F(Ablate, ErodesMasksByEightPixels) {
+  const fs::path scene = out("to erode");
+  succeed("synth " + quoted(scene) + " --frames 3 --width 320 --height 240");
+  fs::copy(scene / "masks", scene / "eroded");
+  change_images(scene / "eroded", [](const cv::Mat& labels) {
+    const cv::Mat disc = cv::getStructuringElement(cv::MORPH_ELLIPSE, {17, 17});
+    cv::Mat result = cv::Mat::zeros(labels.size(), labels.type());
+    for (int label = 1; label < 10; ++label) {
+      cv::Mat mask = labels == label;
+      cv::erode(mask, mask, disc, {-1, -1}, 1, cv::BORDER_CONSTANT, 0);
+      result.setTo(label, mask);
+    }
+    return result;
+  });
+  const auto masked = [&](const std::string& options, const fs::path& results) {
+    succeed("ablate " + quoted(scene) + " --rules mask " + options + " --out " +
+            quoted(out("erosion")));
+    return read_json(out("erosion") / results / "mask/summary.json")["masked"].get<int>();
+  };
+  EXPECT_EQ(masked("--degrade eroded", "to erode_eroded"),
+            masked("--masks " + quoted(scene / "eroded"), "to erode"));
+}
+
 TEST_F(Ablate, OmitsPerfectMasksWithoutTruth) {
   const fs::path recorded = out("recorded");
   succeed("synth " + quoted(recorded) + " --frames 3 --width 160 --height 120");
@@ -175,6 +201,13 @@ TEST(AblationTables, TellTheFramesTrackedBesideTheError) {
   for (const char* cells : {"mask     0.2000/90/0  0.4000/35/0\n", "perfect  2.00 (2.00..2.00)"}) {
     EXPECT_NE(text.find(cells), std::string::npos) << cells << '\n' << text;
   }
+}
+
+TEST(AblationTables, TellNothingOfAnOdometryThatDidNotRun) {
+  std::vector<tools::RunRecord> results = {result("a", 0, "mask", 0.1), result("b", 0, "mask", 0)};
+  results[1].trajectory.reset();
+  EXPECT_NE(tables_text(results).find("mask  0.1000/100/0  -/-/0\n"), std::string::npos)
+      << tables_text(results);
 }
 
 // --- Rules that compare frames -------------------------------------------------------------------
