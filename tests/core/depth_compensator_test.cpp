@@ -220,8 +220,11 @@ TEST(DepthCompensator, RefinedMaskCoversTheLimb) {
   EXPECT_TRUE(refined.covers({300, 300}));
   EXPECT_FALSE(refined.covers({410, 300})) << "the wall";
   EXPECT_EQ(refined.box, scene.box);
-  Segmentation holes = scene.segmentation;
-  holes.instances[0] = refined;
+  Segmentation holes = dynfilter::refined(scene.frame, scene.segmentation);
+  EXPECT_TRUE(holes.instances[0].covers({390, 210}));
+  Segmentation chair = scene.segmentation;
+  chair.instances[0].class_id = 56;
+  EXPECT_FALSE(dynfilter::refined(scene.frame, chair).instances[0].covers({390, 210}));
   EXPECT_EQ(depth_with_holes(scene.frame.depth, holes).at<std::uint16_t>(210, 390), 0);
   scene.filtered();
   EXPECT_EQ(cv::norm(depth, scene.frame.depth, cv::NORM_INF), 0) << "input stays as it is";

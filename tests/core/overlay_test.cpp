@@ -53,6 +53,17 @@ TEST(Overlay, EveryReasonHasAColourOfItsOwn) {
   EXPECT_EQ(picture.at<cv::Vec3b>(70, 60), cv::Vec3b(90, 90, 90)) << "other pixels stay unchanged";
 }
 
+TEST(Overlay, DrawsRemovedFeaturesAboveKeptOnes) {
+  const cv::Mat image(image_size, CV_8UC3, cv::Scalar(10, 20, 30));
+  const std::vector<cv::Point2f> points = {{20, 20}, {24, 20}};
+  const auto drawn = [&](std::size_t removed, const std::vector<cv::Point2f>& at) {
+    FeatureLabels labels(points.size(), Segmentation());
+    labels.remove(removed, -1, Reason::in_mask, 1.0F);
+    return draw_overlay(image, Segmentation(), at, labels);
+  };
+  EXPECT_EQ(cv::norm(drawn(0, points), drawn(1, {points[1], points[0]}), cv::NORM_INF), 0);
+}
+
 TEST(Overlay, ShowsMasksBoxesAndALegendBelowTheImage) {
   const cv::Mat image(image_size, CV_8UC3, cv::Scalar(10, 20, 30));
   const cv::Mat before = image.clone();

@@ -323,6 +323,8 @@ TEST(MotionJudge, RefusesNonsense) {
   options.max_gap_s = std::nan("");
   expect_error<Bad>([&] { MotionJudge(camera(), options); }, "max_gap_s = nan");
   expect_error<Bad>([&] { (void)MotionJudge{PinholeCamera()}; }, "fx = 0");
+  expect_error<Bad>([&] { (void)MotionJudge{PinholeCamera{5, 0, 1, 1}}; }, "fy = 0");
+  expect_error<Bad>([&] { (void)MotionJudge{PinholeCamera{0, 5, 1, 1}}; }, "fx = 0");
   MotionJudge state(camera());
   PosePrior prior;
   prior.pose.rotation(1, 1) = std::nan("");

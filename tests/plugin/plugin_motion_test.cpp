@@ -183,9 +183,10 @@ TEST_F(PluginMotion, NeedsThePinholeCameraOfTheHost) {
   expect_error<Bad>([&] { Plugin{settings(on)}; }, "dynfilter.motion");
   expect_error<Bad>([&] { Plugin{settings(on + "Camera1.fx: 500\n")}; }, "Camera1.fy above 0");
   expect_error<Bad>([&] { Plugin{settings(on + "Camera.fy: 500\n")}; }, "Camera.fx");
-  expect_error<Bad>(
-      [&] { Plugin{settings(on + "Camera.fx: 0\nCamera.fy: 500\nCamera.cx: 1\nCamera.cy: 1\n")}; },
-      "Camera.fy above 0");
+  for (const char* focal : {"Camera.fx: 0\nCamera.fy: 500\n", "Camera.fx: 500\nCamera.fy: 0\n"}) {
+    expect_error<Bad>([&] { Plugin{settings(on + focal + "Camera.cx: 1\nCamera.cy: 1\n")}; },
+                      "Camera.fy above 0");
+  }
   expect_error<Bad>(
       [&] { Plugin{settings(on + "Camera.fx: 500\nCamera.fy: 500\nCamera.cx: 1\n")}; },
       "Camera.cx and Camera.cy; want the host's camera");

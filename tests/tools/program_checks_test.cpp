@@ -265,6 +265,8 @@ TEST(ProgramChecks, StopARunAfterThirtyFramesIfNothingCanComeOfIt) {
     expect_mentions(outcome, "(stopped after 30 frames; nothing was written)");
     EXPECT_FALSE(fs::exists(out / "summary.json"));
   }
+  expect_mentions(succeed("run " + quoted(scene) + " --every 2 --out " + quoted(out)),
+                  "depth_unit: ");
 }
 
 /// Returns what a run says of its input.

@@ -53,6 +53,7 @@ TEST_F(Program, RunWritesConsistentResults) {
   }
   EXPECT_FALSE(outcome.mentions("waiting for masks")) << "they are files";
   const nlohmann::json summary = read_json(folder / "summary.json");
+  EXPECT_EQ(outcome.mentions("cautious frames"), summary["cautious_frames"] > 0);
   const auto frames = read_csv(folder / "frames.csv");
   ASSERT_EQ(frames.size(), 7U);
   EXPECT_EQ(summary["frames"], 6);
@@ -65,6 +66,11 @@ TEST_F(Program, RunWritesConsistentResults) {
   EXPECT_EQ(summary["features"].get<int>(), summary["masked"].get<int>() +
                                                 summary["compensated"].get<int>() +
                                                 summary["kept"].get<int>());
+  std::size_t fewest = 400;
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    fewest = std::min(fewest, sum_of({frames[0], frames[i]}, "kept"));
+  }
+  EXPECT_EQ(summary["fewest_kept"], fewest);
   EXPECT_GT(summary["masked"], 0);
   EXPECT_GT(summary["compensated"], 0);
   EXPECT_LT(summary["dynamic_left"], summary["dynamic_left_mask_only"]);
