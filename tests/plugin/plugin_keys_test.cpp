@@ -100,6 +100,7 @@ TEST_F(PluginKeys, RefuseWrongValues) {
                    "dynfilter: got settings in a block; want each in a line of its own, as "
                    "dynfilter.mask_folder: \"masks\"");
   }
+  EXPECT_NO_THROW(Plugin{settings("dynfilter.max_time_difference_s: 0\n")});
   const TemporaryFolder folder;
   for (const char* value : {"\"5000\"", "[ 5000 ]", "-5000.0", ".inf"}) {
     const std::string lines = "%YAML:1.0\nDepthMapFactor: " + std::string(value) +

@@ -218,7 +218,7 @@ TEST_F(ProgramInputs, MasksAndRunNeedImagesOnly) {
     for (const char* file : {"rgb.txt", "depth.txt", "associations.txt", "camera.yaml"}) {
       fs::remove(scene / file);
     }
-    fs::remove_all(scene / "depth");
+    for (const char* folder : {"depth", "masks_true"}) fs::remove_all(scene / folder);
   };
   const auto move_images = [](const fs::path& scene, const fs::path& to, auto&& name) {
     fs::create_directories(scene / to);
