@@ -40,6 +40,13 @@ TEST(MotionJudge, GivesBackTheFeaturesOfPeopleWhoStandStill) {
   EXPECT_GE(static_cast<double>(kept), 0.92 * static_cast<double>(on_person));
 }
 
+TEST(FeatureMotion, IsApartOnlyByKnownDepths) {
+  detail::FeatureMotion near, far, unknown;
+  near.depth_m = 1, far.depth_m = 1.5F, unknown.depth_m = 0;
+  EXPECT_TRUE(near.is_apart(far) && far.is_apart(near));
+  EXPECT_FALSE(near.is_apart(near) || near.is_apart(unknown) || unknown.is_apart(near));
+}
+
 /// Her body stands still, her arms do not.
 TEST(MotionJudge, GivesBackNoArmsOfAPersonWhoWorks) {
   const SyntheticScene scene(scene_level("working", 11));

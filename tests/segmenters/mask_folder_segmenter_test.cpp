@@ -30,7 +30,8 @@ TEST(MaskFolderSegmenter, ReadsLabelMapsOf8And16Bits) {
                                       "12.500000,1,0,0.909,0,0,4,5\r\n\r\n"
                                       "# label 2 is hidden by others\r\n"
                                       "12.5, 3, 56, 1, -2, 3, 100, 0\r\n"
-                                      "12.500000,2,62,0.25,1,2,3,4\r\n");
+                                      "12.500000,2,62,0.25,1,2,3,4\r\n"
+                                      "12.500000,65535,2147483647,1,0,0,0,0\r\n");
     MaskFolderSegmenter people(folder.path().c_str());
     EXPECT_EQ(people.size(), 2U);
     EXPECT_TRUE(people.segment(frame_at(13)).instances.empty());  // no rows
@@ -38,7 +39,7 @@ TEST(MaskFolderSegmenter, ReadsLabelMapsOf8And16Bits) {
     EXPECT_EQ(result.frame_id, 77U);
     EXPECT_EQ(result.timestamp_s, 12.5);
     EXPECT_EQ(result.image_size, cv::Size(8, 6));
-    ASSERT_EQ(result.instances.size(), 3U);
+    ASSERT_EQ(result.instances.size(), 4U);
     const Instance& first = result.instances[0];
     EXPECT_EQ(first.class_id, 0);
     EXPECT_EQ(first.score, 0.909F);

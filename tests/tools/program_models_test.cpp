@@ -42,6 +42,15 @@ TEST_F(ProgramModels, WritesTheMasksOfTheNetwork) {
   EXPECT_NEAR(cv::countNonZero(mask.colRange(32, 64)), 32 * 32, 16);
 }
 
+TEST_F(ProgramModels, WritesTheSequencesOwnMasksAgain) {
+  const std::string command = "masks " + quoted(folder_ / "sequence") + " --model " +
+                              quoted(model("yolo_raw")) + " --out " +
+                              quoted(folder_ / "sequence/masks");
+  succeed(command);
+  expect_refused(command, "--overwrite");
+  succeed(command + " --overwrite");
+}
+
 /// A folder of photographs needs neither lists nor a camera.
 TEST_F(ProgramModels, WritesTheMasksOfAPlainFolder) {
   fs::create_directories(folder_ / "photos");
