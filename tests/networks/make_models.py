@@ -265,7 +265,7 @@ def semantics(folder):
     image_net = (0.485, 0.229)
     semantic(folder, "selfie", 1, 0, 0, 1, last=True, end="Sigmoid")
     semantic(folder, "selfie_logits", 1, 0, 0, 1)
-    semantic(folder, "sinet", 2, 1, 0.4, 0.25, metadata={"mean": "[0.4 0.4 0.4]", "std": ".25, 0.25, 0.25"})
+    semantic(folder, "sinet", 2, 1, 0.4, 1, metadata={"mean": "[0.4 0.4 0.4]", "std": "1, 1.0, 1."})
     semantic(folder, "human_seg", 2, 1, 0.5, 0.5, end="Softmax")
     semantic(folder, "segnet", 12, 9, *image_net, stride=1)
     semantic(folder, "segformer", 19, 12, *image_net)
