@@ -139,7 +139,7 @@ TEST_F(Ablate, ErodesMasksByEightPixels) {
     return result;
   });
   const auto masked = [&](const std::string& options, const fs::path& results) {
-    succeed("ablate " + quoted(scene) + " --rules mask " + options + " --out " +
+    succeed("ablate " + quoted(scene) + " --rules mask --features 4000 " + options + " --out " +
             quoted(out("erosion")));
     return read_json(out("erosion") / results / "mask/summary.json")["masked"].get<int>();
   };

@@ -22,6 +22,20 @@ TEST(Odometry, TracksAStaticSceneToMillimetres) {
   EXPECT_LT(ate_m(odometry, static_frames().truth), 0.01);
 }
 
+TEST(OrbExtractor, CornersOfTheFirstOctaveAreWholePixels) {
+  cv::Mat grey, descriptors;
+  cv::cvtColor(static_frames().frames[0].frame.image, grey, cv::COLOR_BGR2GRAY);
+  std::vector<cv::KeyPoint> keypoints;
+  OrbExtractor(500).extract(grey, keypoints, descriptors);
+  int whole = 0;
+  for (const cv::KeyPoint& keypoint : keypoints) {
+    if (keypoint.octave != 0) continue;
+    EXPECT_EQ(keypoint.pt, cv::Point2f(cv::Point(keypoint.pt)));
+    ++whole;
+  }
+  EXPECT_GT(whole, 50);
+}
+
 TEST(SlowOdometry, IsDeterministic) {
   const Odometry first = track(static_frames(), false);
   const int threads = cv::getNumThreads();

@@ -3,6 +3,7 @@
 
 #include "lab/scenes/synthetic_scene.hpp"
 
+#include "lab/scenes/renderer.hpp"
 #include "support/level_scenes.hpp"
 #include "support/test.hpp"
 
@@ -10,6 +11,13 @@ namespace dynfilter::testing {
 namespace {
 
 using Options = SyntheticSceneOptions;
+
+TEST(SurfaceId, TellsBlocksFromRoomAndParts) {
+  using scene::SurfaceId;
+  EXPECT_FALSE(SurfaceId::is_block(SurfaceId::room(5)));
+  EXPECT_TRUE(SurfaceId::is_block(SurfaceId::block(0, 0)));
+  EXPECT_FALSE(SurfaceId::is_block(SurfaceId::part(0, 0)));
+}
 
 const SyntheticScene& small_scene() { return level_scene(""); }
 
