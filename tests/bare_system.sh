@@ -37,7 +37,7 @@ make_system() {
 in_system() {
   local folder=$1
   shift
-  chroot "$folder" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/srv LANG=C.UTF-8 \
+  chroot "$folder" env -i PATH=/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin HOME=/srv LANG=C.UTF-8 \
     DEBIAN_FRONTEND=noninteractive "$@"
 }
 
