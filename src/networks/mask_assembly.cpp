@@ -49,10 +49,9 @@ PlacedMask mask_cropped_in_cells(const cv::Mat& sums, const Box& box,
   cv::Mat weights, cells(sums.size(), CV_32F, cv::Scalar(0));
   cv::exp(-sums(inside), weights);
   cells(inside) = 1 / (1 + weights);
-  // The cells next to the box, which are 0, are interpolated too.
-  const Box reach = {static_cast<float>((inside.x - 1) / x), static_cast<float>((inside.y - 1) / y),
-                     static_cast<float>((inside.br().x + 1) / x),
-                     static_cast<float>((inside.br().y + 1) / y)};
+  // Beyond the border of the last cell, no interpolation with the next one, which is 0, passes 0.5.
+  const Box reach = {static_cast<float>(inside.x / x), static_cast<float>(inside.y / y),
+                     static_cast<float>(inside.br().x / x), static_cast<float>(inside.br().y / y)};
   const cv::Rect part = box_in_image(reach, placement);
   if (part.empty()) return {};
   return {in_image(cells, placement, part) > 0.5, part.tl()};

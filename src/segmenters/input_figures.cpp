@@ -70,7 +70,7 @@ void InputChecks::look_at_depth(const FrameView& frame, Figures& figures) {
   depths_ = now;
   std::sort(depths.begin(), depths.end());
   const auto at = [&](double share) {
-    return depths[static_cast<std::size_t>(share * static_cast<double>(depths.size() - 1))];
+    return depths[static_cast<std::size_t>(share * static_cast<double>(depths.size()))];
   };
   figures.near_m = at(0.05);
   figures.depth_m = at(0.5);

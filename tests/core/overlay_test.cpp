@@ -62,6 +62,12 @@ TEST(Overlay, DrawsRemovedFeaturesAboveKeptOnes) {
     return draw_overlay(image, Segmentation(), at, labels);
   };
   EXPECT_EQ(cv::norm(drawn(0, points), drawn(1, {points[1], points[0]}), cv::NORM_INF), 0);
+  const cv::Mat both = drawn(0, points), alone = drawn(0, {points[0], {-100, -100}});
+  for (int x = 12; x < 28; ++x) {
+    const auto mark = alone.at<cv::Vec3b>(20, x);
+    if (mark == image.at<cv::Vec3b>(20, x)) continue;
+    EXPECT_EQ(both.at<cv::Vec3b>(20, x), mark) << x;
+  }
 }
 
 TEST(Overlay, ShowsMasksBoxesAndALegendBelowTheImage) {

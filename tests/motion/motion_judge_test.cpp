@@ -247,6 +247,21 @@ TEST(MotionJudge, FollowsAHostsTracksAndChecksThem) {
   }
 }
 
+TEST(MotionJudge, PredictsAFeatureWithoutDepthByTheFarthestDepthAround) {
+  FrameView frame = shots(0)[1].rendered.frame;
+  frame.depth = cv::Mat(frame.image.size(), CV_16U, cv::Scalar(20000));  // 4 m
+  frame.depth.colRange(0, 200).setTo(5000);
+  frame.depth(cv::Rect(195, 95, 11, 11)).setTo(0);
+  const std::vector<cv::KeyPoint> features = {{200, 100, 31}, {300, 100, 31}};
+  Rig rig;
+  rig.see(shots(0)[0]);
+  rig.see(frame, {}, features);
+  const auto& read = rig.workspace.get<detail::MotionScratch>().features;
+  EXPECT_EQ(read[0].depth_m, 0);
+  EXPECT_FLOAT_EQ(read[0].place_depth_m, 4);
+  EXPECT_FLOAT_EQ(read[1].place_depth_m, 4);
+}
+
 TEST(MotionJudge, LeavesFeaturesOutsideTheImageAlone) {
   Rig rig;
   for (std::size_t i = 0; i < 5; ++i) {

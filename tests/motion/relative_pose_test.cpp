@@ -170,6 +170,18 @@ TEST(RelativePose, IsMeasuredByTheFewStaticOnesWhereThePriorIsTrusted) {
   }
 }
 
+TEST(RelativePose, TurnsNoFartherThanThePriorAllows) {
+  const Case room = rendered_case(0, {}, 0.2, 60, 57);
+  PosePrior prior;
+  prior.pose = {detail::rotation_of({0, 0, 0.05}) * room.truth.rotation, room.truth.translation};
+  prior.max_translation_m = 1;
+  Workspace workspace;
+  const RelativePoseEstimate held =
+      RelativePoseEstimator(room.camera).estimate(room.observations, {}, prior, workspace);
+  EXPECT_FALSE(held.is_trusted);
+  EXPECT_LE(rotation_between(held.pose, prior.pose), prior.max_rotation_rad);
+}
+
 /// Observations of a camera that turns and moves by a part of the rendered motion.
 Case partly_moved(double part) {
   Case result = rendered_case(0, {}, 0, 60, 57);
@@ -272,6 +284,15 @@ TEST(PinholeCamera, RawAndIdealPixelsAreInverse) {
     }
   }
   EXPECT_GT(largest_shift, 5);  // the lens does something
+}
+
+TEST(PinholeCamera, WithoutDistortionChangesNoPixel) {
+  const PinholeCamera camera{517.3, 516.5, 318.6, 255.3};
+  for (float x = 0; x < 64; x += 0.73F) {
+    const cv::Point2f pixel(x, 0.7F * x);
+    EXPECT_EQ(camera.ideal(pixel), cv::Point2d(pixel));
+    EXPECT_EQ(camera.raw(cv::Point2d(pixel)), cv::Point2d(pixel));
+  }
 }
 
 TEST(PinholeCamera, DistortsAsOpenCvDefinesIt) {

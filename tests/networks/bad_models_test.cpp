@@ -44,12 +44,16 @@ TEST_F(BadModels, AreRefusedByName) {
 }
 
 TEST_F(BadModels, ClassIdsAreRefused) {
-  expect_error<std::runtime_error>(
-      [&] {
-        NetworkSegmenter network(model("bad_argmax"));
-        network.segment(frame_of(cv::Mat(64, 64, CV_8UC3, red)));
-      },
-      "without ArgMax");
+  cv::Mat image(64, 64, CV_8UC3, red);
+  for (const bool has_background : {false, true}) {
+    if (has_background) image.colRange(32, 64).setTo(0);
+    expect_error<std::runtime_error>(
+        [&] {
+          NetworkSegmenter network(model("bad_argmax"));
+          network.segment(frame_of(image));
+        },
+        "without ArgMax");
+  }
 }
 
 TEST_F(BadModels, DevicesThatAreMissingAreNamed) {

@@ -85,6 +85,16 @@ cv::Mat naive_mask(const Detection& detection, const cv::Mat& prototypes,
   return mask;
 }
 
+TEST(Planes, MayEndWithAPartOfACell) {
+  const auto has_aspect = [](int rows, int columns) {
+    return detail::count_first(tensor({1, 2, rows, columns})).has_aspect_of({1000, 300});
+  };
+  EXPECT_TRUE(has_aspect(38, 125)) << "300 / 8 = 37.5";
+  EXPECT_TRUE(has_aspect(37, 125));
+  EXPECT_FALSE(has_aspect(36, 125));
+  EXPECT_FALSE(has_aspect(39, 125));
+}
+
 TEST(MaskAssembly, MatchesANaiveLoop) {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> place(-20, 120);

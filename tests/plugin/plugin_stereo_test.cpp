@@ -80,6 +80,23 @@ TEST_F(PluginTest, DepthsOfSomeFeaturesServeAMonoHost) {
   EXPECT_TRUE(in_step(frame));
 }
 
+TEST_F(PluginTest, TellsAStereoHostAloneThatItsMapCannotBegin) {
+  for (const bool is_stereo : {true, false}) {
+    Plugin plugin(settings("dynfilter.missing_masks: \"keep\"\n"));
+    ::testing::internal::CaptureStderr();
+    for (int i = 0; i < 30; ++i) {
+      StereoFrame frame(i);
+      if (is_stereo) {
+        frame.filter_with(plugin);
+      } else {
+        plugin.filter(frame.timestamp_s, frame.depths_m, frame.keypoints, frame.descriptors);
+      }
+    }
+    const std::string said = ::testing::internal::GetCapturedStderr();
+    EXPECT_EQ(said.find("cannot begin a map") != std::string::npos, is_stereo) << said;
+  }
+}
+
 TEST_F(PluginTest, StereoFeaturesStayWithoutMasks) {
   Plugin plugin(settings("dynfilter.missing_masks: \"keep\"\n"));
   StereoFrame frame(0);

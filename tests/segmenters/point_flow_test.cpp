@@ -58,6 +58,33 @@ TEST(PointFlow, FollowsTheStrongestCornerOfEachTexturedCell) {
   EXPECT_EQ(followed, corners);
 }
 
+TEST(PointFlow, FollowsNothingInAnImageOfLessThanTwoWindows) {
+  for (const int side : {12, 17, 18, 64}) {
+    cv::Mat1b image(side, 64);
+    cv::RNG(6).fill(image, cv::RNG::UNIFORM, 0, 256);
+    PointFlow flow;
+    flow.track(image);
+    flow.choose_points({});
+    EXPECT_EQ(flow.track(image).empty(), side < 18) << side;
+  }
+}
+
+TEST(PointFlow, WorksOnLargeImagesAtOneSize) {
+  cv::Mat large;
+  cv::resize(fading_texture(), large, {4 * size.width, 4 * size.height}, 0, 0, cv::INTER_CUBIC);
+  std::vector<std::size_t> followed;
+  for (const int width : {640, 1280}) {
+    cv::Mat image;
+    cv::resize(large, image, {width, width * size.height / size.width}, 0, 0, cv::INTER_AREA);
+    PointFlow flow;
+    flow.track(image);
+    flow.choose_points({{{}, image.size()}});
+    followed.push_back(flow.track(image).size());
+  }
+  EXPECT_GT(followed[0], 100U);
+  EXPECT_NEAR(double(followed[1]), double(followed[0]), 0.1 * double(followed[0]));
+}
+
 TEST(PointFlow, ChoosesPointsDenselyInRectangles) {
   cv::Mat1b image(size);
   cv::RNG(6).fill(image, cv::RNG::UNIFORM, 0, 256);

@@ -112,6 +112,14 @@ TEST(RemoteProtocol, RefusesRepliesOfWrongLength) {
                               "127 bytes; 2 instances and their masks have 126");
 }
 
+TEST(RemoteProtocol, TakesScoresFromZeroToOne) {
+  for (const float score : {0.0F, 1.0F}) {
+    Segmentation segmentation = some_segmentation();
+    segmentation.instances[0].score = score;
+    EXPECT_EQ(decode(instances_payload(segmentation)).instances[0].score, score);
+  }
+}
+
 TEST(RemoteProtocol, RefusesNumbersBeyondTheLimits) {
   const auto expect_refused = [](auto change, const std::string& part) {
     Segmentation segmentation = some_segmentation();

@@ -19,6 +19,15 @@ TEST(SurfaceId, TellsBlocksFromRoomAndParts) {
   EXPECT_FALSE(SurfaceId::is_block(SurfaceId::part(0, 0)));
 }
 
+TEST(Block, IsMissedByRaysBesideIt) {
+  const scene::Block block{{1, 2, 0.5}, {}, {0.5, 0.25, 0.5}};
+  const auto hit_at = [&](double x, double z) { return block.hit({{x, 0, z}, {0, 1, 0}}).t; };
+  EXPECT_DOUBLE_EQ(hit_at(1.2, 0.5), 1.75);
+  EXPECT_EQ(hit_at(1.6, 0.5), scene::no_hit);
+  EXPECT_EQ(hit_at(0.4, 0.5), scene::no_hit);
+  EXPECT_EQ(hit_at(1.2, 1.1), scene::no_hit);
+}
+
 const SyntheticScene& small_scene() { return level_scene(""); }
 
 Options small(const std::function<void(Options&)>& change) { return small_level("", change); }
