@@ -105,7 +105,8 @@ build_program() {
   find_configure_options
   log "Building the libraries and the program dynfilter"
   cmake -S "$1" -B "$build_dir" "${configure_options[@]}" -DCMAKE_BUILD_TYPE=Release \
-    -DDYNFILTER_BUILD_TESTS=OFF -DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=ON >/dev/null
+    -DDYNFILTER_BUILD_TESTS=OFF -DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=ON \
+    -DDYNFILTER_UNITY_BUILD=ON >/dev/null
   cmake --build "$build_dir"
   dynfilter=$build_dir/src/tools/dynfilter
 }
