@@ -10,6 +10,7 @@
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -49,6 +50,23 @@ void keep_at_least_one(FeatureLabels& labels) {
   labels.restore(static_cast<std::size_t>(best - labels.begin()));
 }
 
+/// Gives back what rule depth removed, the least certain first, if it suffices to begin a map.
+/// Masks alone would begin it, and ORB-SLAM finds the few moving points of a map sooner than none.
+void keep_for_map(FeatureLabels& labels) {
+  const std::size_t kept = labels.statistics().kept();
+  if (kept >= detail::map_features) return;
+  std::vector<std::size_t> compensated;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i].reason == Reason::compensated) compensated.push_back(i);
+  }
+  if (kept + compensated.size() < detail::map_features) return;
+  std::sort(compensated.begin(), compensated.end(), [&](std::size_t a, std::size_t b) {
+    return std::tie(labels[a].score, a) < std::tie(labels[b].score, b);
+  });
+  compensated.resize(detail::map_features - kept);
+  for (const std::size_t i : compensated) labels.restore(i);
+}
+
 /// Makes the checks of the input, which name settings as the file does.
 InputChecks checks_of(const detail::PluginSettings& settings) {
   const auto key = [&](const std::string& name) {
@@ -57,7 +75,7 @@ InputChecks checks_of(const detail::PluginSettings& settings) {
   InputChecksOptions options;
   options.dynamic_classes = settings.filter.mask_culler.dynamic_classes;
   options.wanted_features = settings.orb_features;
-  options.map_features = settings.orb_features > 0 ? 501 : 0;  // ORB-SLAM waits for more than 500
+  options.map_features = settings.orb_features > 0 ? detail::map_features : 0;
   options.moves_masks = settings.moves_masks;
   options.depth_setting = "DepthMapFactor in " + settings.file;
   options.features_setting = "ORBextractor.nFeatures in " + settings.file;
@@ -190,14 +208,18 @@ struct Plugin::State {
     times.masks_made_s = masks->made_s();
     const FeaturesView features = features_of(columns, frame, segmentation);
     apply(frame, segmentation, features);
-    keep_at_least_one(labels);
     const FrameStatistics& statistics = labels.statistics();
+    // Depths of a mono host's map points begin no map.
+    const bool has_depth = statistics.has_depth || columns.right_x != nullptr;
+    if (settings.orb_features > 0 && has_depth && !may_have_map) {
+      keep_for_map(labels);
+      may_have_map = statistics.kept() >= detail::map_features;
+    }
+    keep_at_least_one(labels);
     cv::KeyPoint::convert(columns.keypoints, points);
     in_all.stop();
     times.filter_s = in_all.getTimeSec();
     if (recorder) recorder->record(frame, shown, features, labels, times);
-    // Depths of a mono host's map points begin no map.
-    const bool has_depth = statistics.has_depth || columns.right_x != nullptr;
     check(frame, segmentation, has_depth ? features : columns.keypoints, statistics);
     if (statistics.was_cautious() && counters.cautious++ == 0) {
       std::cerr << "dynfilter: in the frame at " << detail::time_text(timestamp_s)
@@ -262,6 +284,7 @@ struct Plugin::State {
   std::optional<detail::Recorder> recorder;
   InputChecks checks;
   std::set<std::string> said;  // the checks that spoke
+  bool may_have_map = false;   // of the host: a frame had enough features to begin it
   PluginCounters counters;
   FeatureLabels labels;
   Workspace workspace;

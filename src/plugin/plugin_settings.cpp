@@ -212,6 +212,13 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   }
   const double features = file.host().number("ORBextractor.nFeatures").value_or(0);
   settings.orb_features = features > 0 ? static_cast<std::size_t>(features) : 0;
+#ifdef DYNFILTER_HAS_MOTION
+  if (settings.motion_camera && settings.orb_features > 0) {
+    // ORB-SLAM needs as many again after it lost the camera. Motion judges what caution leaves.
+    double& share = settings.filter.compensator.depth.min_kept_share;
+    share = std::clamp(static_cast<double>(map_features) / features, share, 0.501);
+  }
+#endif
   return settings;
 }
 

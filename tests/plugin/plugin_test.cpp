@@ -117,6 +117,44 @@ TEST_F(PluginTest, ReportsStarvation) {
   EXPECT_EQ(plugin.counters().starved, 1U);
 }
 
+/// Filters features of a frame: so far apart on the half of the person that the mask misses, and
+/// others, `background_step` apart, on the wall.
+FrameStatistics filter_grids(Plugin& plugin, int index, int person_step, int background_step) {
+  const HostFrame frame(index);
+  std::vector<cv::KeyPoint> keypoints;
+  const auto add = [&](const cv::Rect& area, int step) {
+    for (int y = area.y; y < area.br().y; y += step) {
+      for (int x = area.x; x < area.br().x; x += step) {
+        keypoints.emplace_back(cv::Point2f(cv::Point(x, y)), 31.0F);
+      }
+    }
+  };
+  add({22 + 3 * index, 64, 37, 35}, person_step);
+  add({80, 2, 80, 116}, background_step);
+  cv::Mat descriptors;
+  plugin.submit(frame.image, frame.timestamp_s);
+  return plugin.filter(frame.timestamp_s, frame.depth, keypoints, descriptors);
+}
+
+TEST_F(PluginTest, GivesBackAsManyFeaturesAsTheFirstMapNeeds) {
+  Plugin plugin(settings("dynfilter.motion: 0\n"));
+  EXPECT_LT(filter_grids(plugin, 0, 6, 5).kept(), 501U) << "masks alone leave too few";
+  EXPECT_EQ(filter_grids(plugin, 1, 2, 5).kept(), 501U);
+  EXPECT_LT(filter_grids(plugin, 2, 2, 5).kept(), 501U) << "the host has a map";
+}
+
+TEST_F(PluginTest, IsMoreCautiousWhereMotionIsJudged) {
+  const std::string camera = "Camera.fy: 535.4\nCamera.cx: 80\nCamera.cy: 60\n";
+  for (const bool is_judged : {false, true}) {
+    Plugin plugin(settings(camera + (is_judged ? "" : "dynfilter.motion: 0\n")));
+    const FrameStatistics few = filter_grids(plugin, 0, 1, 4),
+                          enough = filter_grids(plugin, 1, 2, 4);
+    EXPECT_EQ(few.was_cautious(), is_judged);
+    EXPECT_FALSE(enough.was_cautious());
+    EXPECT_LT(enough.kept(), enough.features);
+  }
+}
+
 TEST_F(PluginTest, SaysOnceThatItIsCautiousAndCountsSuchFrames) {
   Plugin plugin(settings());
   ::testing::internal::CaptureStderr();
