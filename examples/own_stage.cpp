@@ -18,7 +18,7 @@ int main() {
       if (depth_m && *depth_m > 6) labels.remove(i, -1, dynfilter::Reason::custom, 0.5F);
     }
   };
-  const dynfilter::Pipeline filter(dynfilter::MaskCuller(), dynfilter::Compensator(), too_far);
+  const dynfilter::Pipeline filter(dynfilter::MaskCuller{}, dynfilter::Compensator{}, too_far);
 
   // A wall at 3 m on the left and 8 m on the right, with a person in front of each half.
   dynfilter::FrameView frame;

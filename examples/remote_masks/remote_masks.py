@@ -104,7 +104,7 @@ def instances(masks, boxes=None, class_ids=None, scores=None, threshold=0.5):
         if mask is not None and mask.dtype.kind == "f":
             mask = mask > threshold
         box = None if boxes is None else _box_between(*boxes[k].tolist())
-        found.append((int(columns[0][k]), float(columns[1][k]), box, mask))
+        found.append((_class(columns[0][k]), float(columns[1][k]), box, mask))
     return found
 
 
@@ -309,6 +309,12 @@ def _fields(instance):
     return *fields, None
 
 
+def _class(class_id):
+    if int(class_id) != class_id:
+        raise ValueError(f"class id {class_id}; want a whole number")
+    return int(class_id)
+
+
 def _encode_instance(instance, height, width):
     class_id, score, box, mask, track_id = _fields(instance)
     score = float(score)
@@ -317,7 +323,7 @@ def _encode_instance(instance, height, width):
     place, crop = _crop(mask, height, width)
     box = _box(box) if box is not None else place
     has_track_id = track_id is not None
-    row = INSTANCE.pack(int(class_id), score, *box, *place, has_track_id, int(track_id or 0))
+    row = INSTANCE.pack(_class(class_id), score, *box, *place, has_track_id, int(track_id or 0))
     return row, crop
 
 

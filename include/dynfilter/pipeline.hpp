@@ -74,6 +74,7 @@ void Pipeline<Stages...>::run(const FilterInput& input, bool has_segmentation,
     begin_frame(input, has_segmentation, labels);
     std::apply([&](const auto&... stage) { (run_stage(stage, input, labels, workspace), ...); },
                stages_);
+    validate(input, labels, "Pipeline");  // what the last stage made of them
   } catch (...) {
     labels.clear();
     throw;

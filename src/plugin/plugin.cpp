@@ -50,8 +50,12 @@ void keep_at_least_one(FeatureLabels& labels) {
   labels.restore(static_cast<std::size_t>(best - labels.begin()));
 }
 
-/// Gives back what rule depth removed, the least certain first, if it suffices to begin a map.
-/// Masks alone would begin it, and ORB-SLAM finds the few moving points of a map sooner than none.
+/// A map of few features is soon lost. So long, the plugin waits for a frame that has them by
+/// itself.
+constexpr std::size_t patience_frames = 60;
+
+/// Gives back what rule depth removed, the least certain first, if it suffices to begin a map, as
+/// it would begin with masks alone.
 void keep_for_map(FeatureLabels& labels) {
   const std::size_t kept = labels.statistics().kept();
   if (kept >= detail::map_features) return;
@@ -212,7 +216,7 @@ struct Plugin::State {
     // Depths of a mono host's map points begin no map.
     const bool has_depth = statistics.has_depth || columns.right_x != nullptr;
     if (settings.orb_features > 0 && has_depth && !may_have_map) {
-      keep_for_map(labels);
+      if (counters.filtered >= patience_frames) keep_for_map(labels);
       may_have_map = statistics.kept() >= detail::map_features;
     }
     keep_at_least_one(labels);

@@ -248,6 +248,7 @@ void InputChecks::check_depth(Findings& say) const {
                         (has_people ? people_m > max_people_m : depth_m > max_depth_m);
   say(missing > max_missing, "depth_empty", percent(missing),
       " of each depth image is empty: ", "write 16 bits, or float in metres");
+  const bool is_factor = options_.depth_setting == InputChecksOptions().depth_setting;
   const bool has_steps =
       say(step > max_step, "depth_steps", "depth comes in steps of ", percent(step),
           " of it: was it rounded, to whole metres? Write ", "millimetres, or float in metres");
@@ -255,8 +256,10 @@ void InputChecks::check_depth(Findings& say) const {
                         is_small ? "small" : "large", ": its median is ", rounded(depth_m), " m",
                         has_people ? concatenate(", and people are ", rounded(people_m), " m wide")
                                    : std::string(),
-                        "; set ", options_.depth_setting, " to the units in a metre: 1000 for ",
-                        "millimetres, 5000 for TUM and BONN")) {
+                        "; set ", options_.depth_setting,
+                        is_factor ? " to 1/1000 for millimetres, 1/5000 "
+                                  : " to the units in a metre: 1000 for millimetres, 5000 ",
+                        "for TUM and BONN")) {
     say.list.back().is_hopeless =
         depth_m < min_depth_m / hopeless_factor || depth_m > max_depth_m * hopeless_factor;
   }

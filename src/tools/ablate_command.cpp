@@ -185,9 +185,15 @@ void ablate(const AblateOptions& options) {
   const AblationPlan plan = plan_of(options);
   const std::vector<RunRecord> results = run_all(plan);
   std::printf("%s", ablation_tables(results, plan.settings.truth).c_str());
-  std::set<std::string> scenes;
+  std::set<std::string> scenes, without_masks;
   for (const RunRecord& result : results) {
     const std::string& name = result.scene.name;
+    if (result.rule.takes_masks() && result.masks.empty() && without_masks.insert(name).second) {
+      std::printf(
+          "\n%s has no masks/ folder, so no mask removes anything; dynfilter masks --model "
+          "FILE.onnx makes them\n",
+          name.c_str());
+    }
     if (scenes.insert(name).second && !result.findings.empty()) {
       print_findings(result.findings, name);
     }

@@ -89,10 +89,9 @@ void print_motion(const RunRecord& run) {
 
 std::string masks_text(const RunRecord& run) {
   if (run.masks.empty()) {
-    return run.rule.follows_motion()
-               ? "no masks: there is no masks/ folder, so motion decides alone"
-               : "no masks: there is no masks/ folder, so nothing is removed; dynfilter masks "
-                 "--model FILE.onnx makes them";
+    return std::string("no masks: there is no masks/ folder, so ") +
+           (run.rule.follows_motion() ? "motion decides alone" : "nothing is removed") +
+           "; dynfilter masks --model FILE.onnx makes them";
   }
   return "masks: " + run.masks;
 }

@@ -96,6 +96,21 @@ TEST(Pipeline, ValidatesInputThatAStageReplaces) {
   expect_error<std::invalid_argument>(apply, "a box of -1x1 in instance 0");
 }
 
+TEST(Pipeline, ValidatesLabelsThatTheLastStageReplaces) {
+  const auto with_one_label = [](const FilterInput& input, FeatureLabels& labels) {
+    labels.reset(1, input.segmentation);
+  };
+  const std::vector<cv::Point2f> points(2);
+  FeatureLabels labels;
+  Workspace workspace;
+  expect_error<std::invalid_argument>(
+      [&] {
+        Pipeline(with_one_label).apply(FrameView(), Segmentation(), points, labels, workspace);
+      },
+      "Pipeline");
+  EXPECT_TRUE(labels.empty());
+}
+
 TEST(Pipeline, PassesTheWorkspaceToStagesThatAcceptIt) {
   struct Scratch {
     std::vector<double> values;

@@ -138,6 +138,9 @@ FrameStatistics filter_grids(Plugin& plugin, int index, int person_step, int bac
 
 TEST_F(PluginTest, GivesBackAsManyFeaturesAsTheFirstMapNeeds) {
   Plugin plugin(settings("dynfilter.motion: 0\n"));
+  for (int i = 0; i < 60; ++i) {
+    EXPECT_LT(filter_grids(plugin, i % 5, 2, 5).kept(), 501U) << "a better frame may come";
+  }
   EXPECT_LT(filter_grids(plugin, 0, 6, 5).kept(), 501U) << "masks alone leave too few";
   EXPECT_EQ(filter_grids(plugin, 1, 2, 5).kept(), 501U);
   EXPECT_LT(filter_grids(plugin, 2, 2, 5).kept(), 501U) << "the host has a map";

@@ -125,6 +125,14 @@ Change shifted(int right, int down) {
   };
 }
 
+TEST(InputChecks, NameTheUnitOfDepthAsItIsSet) {
+  InputChecksOptions options = usual_options();
+  const auto said = [&] { return all_sentences(checked(depth_times(1000), options)); };
+  EXPECT_NE(said().find("set DepthMapFactor to the units in a metre: 1000"), std::string::npos);
+  options.depth_setting = InputChecksOptions().depth_setting;
+  EXPECT_NE(said().find("set metres_per_unit to 1/1000 for millimetres"), std::string::npos);
+}
+
 TEST(InputChecks, AreSilentAboutSoundFrames) {
   const InputChecks checks = checked([](CheckedFrame&, int) {});
   EXPECT_EQ(all_sentences(checks), "");

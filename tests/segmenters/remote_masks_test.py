@@ -138,6 +138,7 @@ class Results(unittest.TestCase):
             ([(0, 1.0, None)], r"instance 0: is 3 values; want"),
             ([(0, float("nan"), None, mask)], "score nan"),
             ([(0, 1.5, None, mask)], "score 1.5"),
+            ([(0.9, 0, None, mask)], "class id 0.9; want a whole number"),
             ([(0, 1.0, (0, 0, 1), None)], "a box of 3 numbers"),
             ([(0, 1.0, (0, 0, -1, 1), mask)], "a box"),
             ([(0, 1.0, (0, 0, float("nan"), 1), mask)], "a box"),
@@ -180,6 +181,7 @@ class Results(unittest.TestCase):
             ((mask, [[4, 2, 3, 9]]), "x1 <= x2"),
             ((mask, [[0, 2, math.nan, 9]]), "x1 <= x2"),
             ((mask, None, [0, 1]), "class_ids of shape"),
+            ((mask, None, [0.9]), "class id 0.9; want a whole number"),
             ((mask, None, None, 0.5), "scores of shape"),
         ]:
             with self.assertRaisesRegex(ValueError, text):

@@ -146,6 +146,12 @@ TEST_F(Program, RemovesWhatMovesWithoutMasksAndReportsIt) {
   const nlohmann::json none =
       summary_of(" --rule depth", "no masks/ folder, so nothing is removed");
   EXPECT_EQ(none["kept"], none["features"]);
+  const std::string rules = "ablate " + quoted(copy) + " --rules none,mask --out ";
+  expect_mentions(succeed(rules + quoted(out("ablated"))), " has no masks/ folder, so no mask");
+  fs::remove(copy / "associations.txt");
+  fs::remove(copy / "depth.txt");
+  expect_mentions(succeed("run " + quoted(copy) + " --out " + quoted(out("listed"))),
+                  "depth is not used: neither associations.txt nor depth.txt lists its images");
 }
 
 TEST_F(Program, NamesMissingFilesAndInvalidOptions) {
