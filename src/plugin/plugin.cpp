@@ -10,7 +10,6 @@
 #include <set>
 #include <stdexcept>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -50,24 +49,20 @@ void keep_at_least_one(FeatureLabels& labels) {
   labels.restore(static_cast<std::size_t>(best - labels.begin()));
 }
 
-/// A map of few features is soon lost. So long, the plugin waits for a frame that has them by
-/// itself.
-constexpr std::size_t patience_frames = 60;
+constexpr std::size_t patience_frames = 60;  // a map that begins with few features is soon lost
 
 /// Gives back what rule depth removed, the least certain first, if it suffices to begin a map, as
 /// it would begin with masks alone.
 void keep_for_map(FeatureLabels& labels) {
-  const std::size_t kept = labels.statistics().kept();
-  if (kept >= detail::map_features) return;
   std::vector<std::size_t> compensated;
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (labels[i].reason == Reason::compensated) compensated.push_back(i);
   }
-  if (kept + compensated.size() < detail::map_features) return;
-  std::sort(compensated.begin(), compensated.end(), [&](std::size_t a, std::size_t b) {
-    return std::tie(labels[a].score, a) < std::tie(labels[b].score, b);
-  });
-  compensated.resize(detail::map_features - kept);
+  const std::size_t kept = labels.statistics().kept(), wanted = detail::map_features;
+  if (kept >= wanted || kept + compensated.size() < wanted) return;
+  std::stable_sort(compensated.begin(), compensated.end(),
+                   [&](auto a, auto b) { return labels[a].score < labels[b].score; });
+  compensated.resize(wanted - kept);
   for (const std::size_t i : compensated) labels.restore(i);
 }
 

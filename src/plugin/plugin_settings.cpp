@@ -165,6 +165,11 @@ void read_motion(SettingsFile& file, PluginSettings& settings) {
 #ifdef DYNFILTER_HAS_MOTION
   try {
     settings.motion_camera = read_camera(file);
+    if (settings.orb_features == 0) return;
+    // ORB-SLAM needs as many again after it lost the camera. Motion judges what caution leaves.
+    double& share = settings.filter.compensator.depth.min_kept_share;
+    share =
+        std::clamp(1.0 * map_features / static_cast<double>(settings.orb_features), share, 0.501);
   } catch (const std::runtime_error&) {
     if (is_asked_for) throw;
   }
@@ -196,6 +201,8 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   read_mask_culler(file, settings.filter.mask_culler);
   read_rule(file, settings);
   settings.depth_units_per_metre = read_depth_factor(file);
+  const double features = file.host().number("ORBextractor.nFeatures").value_or(0);
+  settings.orb_features = features > 0 ? static_cast<std::size_t>(features) : 0;
   read_motion(file, settings);
   std::size_t overlay_every = 0;
   file.read_count("floor", settings.filter.feature_floor.floor);
@@ -210,15 +217,6 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
     file.refuse("output_folder", settings.output_folder,
                 "a folder outside " + read + ", which is read");
   }
-  const double features = file.host().number("ORBextractor.nFeatures").value_or(0);
-  settings.orb_features = features > 0 ? static_cast<std::size_t>(features) : 0;
-#ifdef DYNFILTER_HAS_MOTION
-  if (settings.motion_camera && settings.orb_features > 0) {
-    // ORB-SLAM needs as many again after it lost the camera. Motion judges what caution leaves.
-    double& share = settings.filter.compensator.depth.min_kept_share;
-    share = std::clamp(static_cast<double>(map_features) / features, share, 0.501);
-  }
-#endif
   return settings;
 }
 

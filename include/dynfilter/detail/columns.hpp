@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Steps of keep_static for one column, a std::vector or the rows of a cv::Mat: checks, then moves,
-// then shortening.
+// Steps of keep_static for one column, a std::vector or a cv::Mat: checks, moves, shortening.
 
 #ifndef DYNFILTER_DETAIL_COLUMNS_HPP
 #define DYNFILTER_DETAIL_COLUMNS_HPP

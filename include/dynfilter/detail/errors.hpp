@@ -58,8 +58,7 @@ inline std::string size_name(const cv::Size& size) {
   return concatenate(size.width, "x", size.height);
 }
 
-/// Returns the size of a matrix as "640x480" (width x height), of one with more dimensions in their
-/// order.
+/// Returns a matrix's size as "640x480" (width x height), of more dimensions in their order.
 inline std::string size_name(const cv::Mat& matrix) {
   if (matrix.dims <= 2) return size_name(cv::Size(matrix.cols, matrix.rows));
   std::string name = concatenate(matrix.size[0]);

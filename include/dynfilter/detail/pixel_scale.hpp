@@ -10,8 +10,7 @@
 
 namespace dynfilter::detail {
 
-/// Returns the factor from pixels at a width of 640, for which lengths in options are given, to
-/// pixels of an image.
+/// Returns the factor from pixels at a width of 640, as in options, to pixels of an image.
 inline double pixel_scale(const cv::Size& size) { return size.width / 640.0; }
 
 }  // namespace dynfilter::detail

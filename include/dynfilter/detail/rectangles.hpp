@@ -22,8 +22,7 @@ struct PixelBounds {
 
   bool empty() const { return first_x > last_x || first_y > last_y; }
 
-  /// Whether bounds that are not empty hold a pixel: two comparisons, as numbers below the first
-  /// one wrap to great ones.
+  /// Whether bounds that are not empty hold a pixel; numbers below the first wrap to great ones.
   bool contains(int x, int y) const {
     const auto beyond = [](int coordinate, int first) {
       return static_cast<unsigned>(coordinate) - static_cast<unsigned>(first);
