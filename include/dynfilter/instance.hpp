@@ -34,6 +34,7 @@ struct Instance {
   cv::Point mask_origin;        ///< position of the mask's top-left pixel in the image
   cv::Mat mask;                 ///< CV_8UC1, non-zero = on the object; empty = only a box is known
   std::optional<int> track_id;  ///< identity across frames, if it is tracked
+  cv::Size image_size;  ///< of the image that the mask was cut from, pixels; empty = unknown
 
   /// Whether the mask marks this pixel as the object. False outside the mask. O(1).
   bool covers(cv::Point pixel) const {
@@ -155,6 +156,7 @@ inline Instance Instance::from_image_mask(const cv::Mat& mask, int class_id, flo
   instance.box = detail::bounding_box(mask);
   instance.mask_origin = instance.box.tl();
   instance.mask = mask(instance.box);
+  instance.image_size = mask.size();
   return instance;
 }
 
@@ -205,6 +207,7 @@ inline std::vector<Instance> instances_from_label_map(const cv::Mat& label_map) 
     instances.push_back(boxes[k].empty()
                             ? Instance()
                             : Instance::from_box_mask(label_map(boxes[k]) == label, boxes[k]));
+    instances.back().image_size = label_map.size();
   }
   return instances;
 }
@@ -232,6 +235,7 @@ inline std::vector<Instance> instances_from_binary_mask(const cv::Mat& mask, int
     instance.box = cv::Rect(tight.x - margin, tight.y - margin, tight.width + 2 * margin,
                             tight.height + 2 * margin) &
                    cv::Rect(0, 0, mask.cols, mask.rows);
+    instance.image_size = mask.size();
     instances.push_back(instance);
   }
   std::stable_sort(instances.begin(), instances.end(), [](const Instance& a, const Instance& b) {

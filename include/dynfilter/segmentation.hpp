@@ -72,7 +72,8 @@ inline void require_image_size(const cv::Size& size, const char* component) {
 /// - a time is not finite;
 /// - the image size is missing although there are instances, or exceeds 2^20 pixels a side or 2^30
 ///   pixels in all;
-/// - a mask is not CV_8UC1, a box has a negative side, or a score lies outside 0 to 1.
+/// - a mask is not CV_8UC1 or was cut from an image of another size, a box has a negative side, or
+///   a score lies outside 0 to 1.
 ///
 /// O(instances).
 inline void validate(const Segmentation& segmentation, const char* component) {
@@ -99,6 +100,10 @@ inline void validate(const Segmentation& segmentation, const char* component) {
       refuse(detail::concatenate("a mask of type ", detail::type_name(instance.mask), " and ",
                                  instance.mask.dims, " dimensions"),
              "a two-dimensional CV_8UC1 mask, or an empty one");
+    }
+    if (!instance.image_size.empty() && instance.image_size != segmentation.image_size) {
+      refuse(detail::concatenate("a mask of a ", detail::size_name(instance.image_size), " image"),
+             "a mask of the whole image of image_size; resize it");
     }
     if (instance.box.width < 0 || instance.box.height < 0) {
       refuse(detail::concatenate("a box of ", detail::size_name(instance.box.size())),

@@ -96,6 +96,7 @@ std::vector<Instance> assemble_instances(const std::vector<Detection>& detection
         Instance::from_image_mask(mask.pixels, box, detection.class_id, detection.score);
     if (instance.mask.empty()) continue;
     instance.mask_origin += mask.origin;
+    instance.image_size = {};  // the mask was cut from a part of the image
     instances.push_back(std::move(instance));
   }
   return instances;

@@ -96,6 +96,24 @@ TEST(Pipeline, ValidatesInputThatAStageReplaces) {
   expect_error<std::invalid_argument>(apply, "a box of -1x1 in instance 0");
 }
 
+TEST(Pipeline, RefusesMasksOfAnotherImageSize) {
+  const cv::Mat mask(10, 20, CV_8UC1, cv::Scalar(255));
+  const std::vector<cv::Point2f> points(2);
+  for (const Instance& instance :
+       {Instance::from_image_mask(mask), Instance::from_image_mask(mask, {0, 0, 5, 5}),
+        Instance::from_static_mask(mask), instances_from_label_map(mask / 255)[0],
+        instances_from_binary_mask(mask)[0]}) {
+    Segmentation people;
+    people.instances = {instance};
+    people.image_size = {20, 10};
+    EXPECT_NO_THROW(Pipeline(MaskCuller()).apply(FrameView(), people, points));
+    people.image_size = {40, 20};
+    expect_error<std::invalid_argument>(
+        [&] { Pipeline(MaskCuller()).apply(FrameView(), people, points); },
+        "a mask of a 20x10 image in instance 0");
+  }
+}
+
 TEST(Pipeline, ValidatesLabelsThatTheLastStageReplaces) {
   const auto with_one_label = [](const FilterInput& input, FeatureLabels& labels) {
     labels.reset(1, input.segmentation);
