@@ -4,7 +4,6 @@
 #include "plugin/settings_file.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 namespace dynfilter::detail {
 namespace {
@@ -35,22 +34,6 @@ std::string instead_of(const std::string& name) {
     if (std::string(some.names).find(' ' + name + ' ') != std::string::npos) return some.instead;
   }
   return {};
-}
-
-/// Returns Levenshtein's distance: the letters to change, add or remove.
-std::size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t changed = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({changed, row[j] + 1, diagonal + 1});
-    }
-  }
-  return row.back();
 }
 
 std::string join(const std::vector<std::string>& words, const std::string& prefix = {}) {
@@ -126,11 +109,8 @@ void SettingsFile::require_known(const std::string& name) const {
   if (std::find(known_.begin(), known_.end(), name) != known_.end()) return;
   const std::string instead = instead_of(name);
   if (!instead.empty()) file_.refuse(key_of(name) + " is no setting any more; " + instead);
-  const std::string nearest = *std::min_element(
-      known_.begin(), known_.end(), [&](const std::string& a, const std::string& b) {
-        return edit_distance(a, name) < edit_distance(b, name);
-      });
-  file_.refuse("there is no setting " + key_of(name) + "; the nearest is " + key_of(nearest));
+  file_.refuse("there is no setting " + key_of(name) +
+               ". The settings are: " + join(known_, prefix_));
 }
 
 }  // namespace dynfilter::detail

@@ -33,8 +33,8 @@ class SettingsFile {
   const YamlFile& host() const { return file_; }
 
   /// Throws for a file without any dynfilter key, listing the keys; for a key of an earlier
-  /// version, saying what to do instead; for an unknown key, naming the nearest known one; and for
-  /// settings in a block "<prefix>:", which would be ignored.
+  /// version, saying what to do instead; for an unknown key, listing the keys; and for settings in
+  /// a block "<prefix>:", which would be ignored.
   void finish() const;
 
   /// Returns the whole key of a name: "dynfilter.margin_px" for "margin_px".

@@ -109,12 +109,12 @@ TEST_F(PluginKeys, RefuseWrongValues) {
   }
 }
 
-TEST_F(PluginKeys, NameTheNearestOrWhatToDoInstead) {
+TEST_F(PluginKeys, ListAllOrSayWhatToDoInstead) {
   const std::pair<std::string, std::string> wrong[] = {
-      {"margin: 3", "there is no setting dynfilter.margin; the nearest is dynfilter.margin_px"},
-      {"maskfolder: \"a\"", "the nearest is dynfilter.mask_folder"},
-      {"Rule: \"paper\"", "the nearest is dynfilter.rule"},
-      {"moti: 1", "the nearest is dynfilter.motion"},
+      {"margin: 3",
+       "there is no setting dynfilter.margin. The settings are: dynfilter.enabled, "
+       "dynfilter.mask_folder, "},
+      {"Rule: \"paper\"", "dynfilter.rule, "},
       {"shadow_px: 9", "dynfilter.shadow_px is no setting any more; its value is a constant now"},
       {"object_depth.min_half_width_m: 0.5", "any more; set half_width_m"},
       {"wait_for_motion: 15", "is_motion_decided()"},

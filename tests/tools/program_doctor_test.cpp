@@ -89,9 +89,10 @@ TEST_F(Doctor, ReadsThePluginsSettings) {
   expect_mentions(good, "fine    12 masks in ");
   EXPECT_FALSE(good.mentions("odd ")) << good.printed;
   EXPECT_TRUE(examined("dynfilter.enabled: 0\n").mentions("odd     the filter is switched off"));
-  const char* const broken[][2] = {{"dynfilter.margin: 2", "the nearest is dynfilter.margin_px"},
-                                   {"dynfilter.margin_px: -1", "margin_px = -1"},
-                                   {"dynfilter.rule: \"best\"", "want one of depth, paper, mask"}};
+  const char* const broken[][2] = {
+      {"dynfilter.margin: 2", "there is no setting dynfilter.margin. "},
+      {"dynfilter.margin_px: -1", "margin_px = -1"},
+      {"dynfilter.rule: \"best\"", "want one of depth, paper, mask"}};
   for (const auto& [line, part] : broken) {
     const Outcome outcome = examined(masks + line + "\n");
     EXPECT_EQ(outcome.exit_code, 1) << outcome.printed;
@@ -109,7 +110,7 @@ TEST_F(Doctor, ReadsThePluginsSettings) {
   EXPECT_FALSE(good.mentions("dynfilter_right")) << good.printed;
   const Outcome bad = examined(masks + right + "\ndynfilter_right.margin: 2\n");
   EXPECT_EQ(bad.exit_code, 1) << bad.printed;
-  expect_mentions(bad, "the nearest is dynfilter_right.margin_px");
+  expect_mentions(bad, "there is no setting dynfilter_right.margin. ");
 }
 
 }  // namespace
