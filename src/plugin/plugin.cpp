@@ -66,6 +66,19 @@ void keep_for_map(FeatureLabels& labels) {
   for (const std::size_t i : compensated) labels.restore(i);
 }
 
+#ifdef DYNFILTER_HAS_MOTION
+/// ORB-SLAM needs as many features again after it lost the camera, and motion judges what caution
+/// leaves.
+MotionFilterOptions options_with_motion(const detail::PluginSettings& settings) {
+  MotionFilterOptions options{settings.filter, {}};
+  double& share = options.filter.compensator.depth.min_kept_share;
+  if (settings.orb_features == 0) return options;
+  const auto extracted = static_cast<double>(settings.orb_features);
+  share = std::clamp(detail::map_features / extracted, share, 0.501);
+  return options;
+}
+#endif
+
 /// Makes the checks of the input, which name settings as the file does.
 InputChecks checks_of(const detail::PluginSettings& settings) {
   const auto key = [&](const std::string& name) {
@@ -92,7 +105,7 @@ struct Plugin::State {
     masks.emplace(settings);
 #ifdef DYNFILTER_HAS_MOTION
     if (settings.motion_camera) {
-      motion_filter.emplace(*settings.motion_camera, MotionFilterOptions{settings.filter, {}});
+      motion_filter.emplace(*settings.motion_camera, options_with_motion(settings));
     }
 #endif
     if (settings.output_folder.empty()) return;
@@ -154,7 +167,7 @@ struct Plugin::State {
   void apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
              const FeaturesView& features) {
 #ifdef DYNFILTER_HAS_MOTION
-    if (motion_filter) {
+    if (motion_filter && !frame.depth.empty()) {  // motion needs a depth image
       motion_filter->apply(frame, segmentation, features, labels, workspace);
       return;
     }

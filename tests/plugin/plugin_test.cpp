@@ -119,7 +119,8 @@ TEST_F(PluginTest, ReportsStarvation) {
 
 /// Filters features of a frame: so far apart on the half of the person that the mask misses, and
 /// others, `background_step` apart, on the wall.
-FrameStatistics filter_grids(Plugin& plugin, int index, int person_step, int background_step) {
+FrameStatistics filter_grids(Plugin& plugin, int index, int person_step, int background_step,
+                             bool is_stereo = false) {
   const HostFrame frame(index);
   std::vector<cv::KeyPoint> keypoints;
   const auto add = [&](const cv::Rect& area, int step) {
@@ -133,7 +134,14 @@ FrameStatistics filter_grids(Plugin& plugin, int index, int person_step, int bac
   add({80, 2, 80, 116}, background_step);
   cv::Mat descriptors;
   plugin.submit(frame.image, frame.timestamp_s);
-  return plugin.filter(frame.timestamp_s, frame.depth, keypoints, descriptors);
+  if (!is_stereo) return plugin.filter(frame.timestamp_s, frame.depth, keypoints, descriptors);
+  std::vector<float> depths_m, right_x;
+  for (const cv::KeyPoint& keypoint : keypoints) {
+    depths_m.push_back(frame.depth.at<float>(cv::Point(keypoint.pt)));
+    right_x.push_back(keypoint.pt.x - 40 / depths_m.back());
+  }
+  std::vector<cv::KeyPoint> undistorted = keypoints;
+  return plugin.filter(frame.timestamp_s, depths_m, keypoints, descriptors, undistorted, right_x);
 }
 
 TEST_F(PluginTest, GivesBackAsManyFeaturesAsTheFirstMapNeeds) {
@@ -155,6 +163,10 @@ TEST_F(PluginTest, IsMoreCautiousWhereMotionIsJudged) {
     EXPECT_EQ(few.was_cautious(), is_judged);
     EXPECT_FALSE(enough.was_cautious());
     EXPECT_LT(enough.kept(), enough.features);
+    // A pair has no depth image to judge motion with, whatever the host's file has.
+    const FrameStatistics pair = filter_grids(plugin, 2, 1, 4, true);
+    EXPECT_FALSE(pair.was_cautious());
+    EXPECT_EQ(pair.motion.outcome, MotionOutcome::not_run);
   }
 }
 
