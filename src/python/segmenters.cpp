@@ -121,13 +121,13 @@ Raises RuntimeError that names the file, and the line, for what is missing or ma
       R"(Writes segmentations as label maps with an instances.csv: the first format that
 MaskFolderSegmenter reads.
 
-    writer = dynfilter.MaskFolderWriter("scene/masks")
-    for frame in sequence:
-        writer.add(people.segment(frame))
-    writer.finish()
+    with dynfilter.MaskFolderWriter("scene/masks") as writer:
+        for frame in sequence:
+            writer.add(people.segment(frame))
 
 Where masks overlap, the instance with the lowest index gets the pixel. The masks appear in the
-folder all together, with finish(); until then the folder keeps its contents.)")
+folder all together, with finish() or at the end of `with` unless an exception left it; until then
+the folder keeps its contents.)")
       .def(py::init([](const std::filesystem::path& folder, bool overwrite) {
              return std::make_unique<MaskFolderWriter>(folder, MaskFolderWriterOptions{overwrite});
            }),
@@ -152,6 +152,11 @@ Raises RuntimeError that names a file in the way.)")
           R"(Adds a frame's masks under the name of its image without folder and extension; None: the
 segmentation's time with 6 decimals. Raises ValueError for a malformed segmentation, for a stem that
 is not the segmentation's time, for a time that was added before, and after finish().)")
+      .def("__enter__", [](const py::object& self) { return self; })
+      .def("__exit__",
+           [](MaskFolderWriter& self, const py::object& error, const py::args&) {
+             if (error.is_none()) self.finish();
+           })
       .def("finish", &MaskFolderWriter::finish,
            "Moves the masks into the folder. Raises RuntimeError that names a file in the way.");
   py::class_<LockedPropagator>(

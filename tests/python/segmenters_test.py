@@ -135,6 +135,14 @@ def test_masks_are_written_and_read(scene, tmp_path):
     with pytest.raises(RuntimeError, match="masks"):
         dynfilter.MaskFolderWriter(tmp_path / "masks")
     dynfilter.MaskFolderWriter(tmp_path / "masks", overwrite=True)
+    with dynfilter.MaskFolderWriter(tmp_path / "others") as writer:
+        writer.add(masks)
+    assert [path.name for path in tmp_path.glob("others/*.png")] == ["2.500000.png"]
+    with pytest.raises(KeyError):
+        with dynfilter.MaskFolderWriter(tmp_path / "none") as writer:
+            writer.add(masks)
+            raise KeyError
+    assert not list(tmp_path.glob("none/*.png"))
 
 
 def test_propagator_follows_a_moving_object():
