@@ -37,6 +37,7 @@ while (($#)); do
       exit
       ;;
     -*)
+      echo "There is no option $1" >&2
       usage >&2
       exit 2
       ;;

@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -50,7 +51,7 @@ inline CLI::Option* add_classes_option(CLI::App& command, MaskCullerOptions& opt
       .add_option("--classes", options.dynamic_classes, "dynamic class ids, such as 0,16")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::NonNegativeNumber)
+      ->check(CLI::Range(0, std::numeric_limits<int>::max()))
       ->capture_default_str();
 }
 
