@@ -134,8 +134,8 @@ class TableReader {
     fail("time: got '" + text(column) + "'; want seconds" + (value > 0 ? unit : ""));
   }
 
-  int integer(std::size_t column, const char* name, int min_value = -max_integer,
-              int max_value = max_integer) const {
+  int integer(std::size_t column, const char* name, int min_value = std::numeric_limits<int>::min(),
+              int max_value = std::numeric_limits<int>::max()) const {
     const double value = parse_number(text(column)).value_or(0.5);  // 0.5 is not whole
     const bool is_inside = value >= min_value && value <= max_value;
     if (is_inside && value == std::floor(value)) return static_cast<int>(value);
@@ -144,8 +144,6 @@ class TableReader {
   }
 
  private:
-  static constexpr int max_integer = std::numeric_limits<int>::max();
-
   static std::string trimmed(const std::string& text) {
     const std::size_t first = text.find_first_not_of(" \t\r");
     if (first == std::string::npos) return {};

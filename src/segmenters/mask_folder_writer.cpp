@@ -4,7 +4,6 @@
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 
 #include <cstdlib>
-#include <limits>
 #include <optional>
 #include <string>
 #include <system_error>
@@ -76,14 +75,6 @@ void require_writable(const Segmentation& segmentation) {
   if (segmentation.instances.size() > detail::max_mask_label) {
     detail::throw_misuse(name, detail::concatenate(segmentation.instances.size(), " instances"),
                          detail::concatenate("at most ", detail::max_mask_label));
-  }
-  constexpr int least = -std::numeric_limits<int>::max();  // that the reader of a table takes
-  for (const auto& one : segmentation.instances) {
-    if (one.class_id >= least && one.box.x >= least && one.box.y >= least) continue;
-    detail::throw_misuse(name,
-                         detail::concatenate("class_id = ", one.class_id, " in a box at ",
-                                             one.box.x, ", ", one.box.y),
-                         detail::concatenate("numbers of at least ", least));
   }
 }
 

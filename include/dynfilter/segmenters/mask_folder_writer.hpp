@@ -56,8 +56,7 @@ class MaskFolderWriter {
   /// bits, or 16 for more than 255 instances. A call that fails adds nothing and can be repeated.
   ///
   /// Throws std::invalid_argument for a segmentation that is malformed (see validate), has no image
-  /// size or more than 65535 instances, for a class or box at -2^31, which cannot be read back, for
-  /// a time that was added before, and after finish().
+  /// size or more than 65535 instances, for a time that was added before, and after finish().
   /// Throws std::runtime_error that names the file that cannot be written. O(pixels + area of the
   /// masks).
   void add(const Segmentation& segmentation);
