@@ -36,7 +36,7 @@ struct DepthCompensatorOptions {
   double stale_age_s = 0.02;
   double motion_px_per_s = 400;  ///< largest speed of objects in the image
   /// Smallest share of the features to leave. Where fewer would be left, or fewer than 300 (or half
-  /// of all, if that is less), the stage is cautious and removes only what is sure. 0: it never is.
+  /// of all, if that is less), it is cautious: only sure ones may leave less than half. 0: never.
   double min_kept_share = 0.3;
 };
 
@@ -259,20 +259,19 @@ class DepthCompensator {
       const double all = static_cast<double>(labels.size()), share = options_.min_kept_share;
       const double wanted = std::max(share * all, std::min(min_kept, all / 2));
       const bool is_cautious = share > 0 && static_cast<double>(kept) < wanted;
+      const auto enough = static_cast<std::size_t>(std::ceil(std::max(wanted, all / 2)));
+      const double near_m = is_cautious ? caution_m(labels, enough - kept) : 0;
       for (std::size_t i = 0; i < labels.size(); ++i) {
         const auto [certainty, object] = verdicts[i];
         if (object == nullptr || labels.is_removed(i)) continue;
         const auto k = static_cast<std::int32_t>(object->k);
         const float score = static_cast<float>(certainty) * object->instance->score;
-        if (certainty >= 0.5 && (!is_cautious || is_sure(*object, i))) {
+        if (certainty >= 0.5 &&
+            (!is_cautious || distance_m(*object, i) < near_m || is_sure(*object, i))) {
           labels.remove(i, k, Reason::compensated, score);
         } else {
           labels.suspect(i, k, score);
         }
-      }
-      for (const Object& object : scratch_.objects) {
-        if (!is_cautious) break;
-        labels.statistics().instances[object.k].compensation = Compensation::cautious;
       }
     }
 
@@ -300,6 +299,30 @@ class DepthCompensator {
     }
 
    private:
+    double distance_m(const Object& object, std::size_t feature) const {
+      const double depth_m = depth_of(object, feature);
+      return depth_m > 0 ? std::abs(depth_m - object.depth_m) : HUGE_VAL;
+    }
+
+    /// Returns how near the object's depth features go, so that `count` that are not sure stay.
+    double caution_m(FeatureLabels& labels, std::size_t count) {
+      std::vector<double>& unsure_m = scratch_.depths_m;
+      unsure_m.clear();
+      unsure_m.reserve(labels.size());
+      for (std::size_t i = 0; i < labels.size(); ++i) {
+        const auto [certainty, object] = scratch_.verdicts[i];
+        if (certainty < 0.5 || labels.is_removed(i) || is_sure(*object, i)) continue;
+        unsure_m.push_back(distance_m(*object, i));
+      }
+      for (const Object& object : scratch_.objects) {
+        labels.statistics().instances[object.k].compensation = Compensation::cautious;
+      }
+      if (unsure_m.size() <= count) return 0;
+      const auto farthest = unsure_m.end() - static_cast<std::ptrdiff_t>(count);
+      std::nth_element(unsure_m.begin(), farthest, unsure_m.end());
+      return *farthest;
+    }
+
     int scaled(double length_px) const {
       return std::max(1, static_cast<int>(std::lround(length_px * scale_)));
     }
@@ -595,8 +618,7 @@ class DepthCompensator {
 
     /// Whether a feature that belongs to the object surely does.
     bool is_sure(const Object& object, std::size_t feature) const {
-      const double depth_m = depth_of(object, feature);
-      return (depth_m > 0 && std::abs(depth_m - object.depth_m) <= sure_m) ||
+      return distance_m(object, feature) <= sure_m ||
              is_beside_mask(object, features_.pixel(feature), sure_px * scale_);
     }
 

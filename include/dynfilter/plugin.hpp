@@ -35,7 +35,7 @@ struct PluginCounters {
   /// Masks that could not be obtained while missing_masks is "keep".
   std::size_t mask_failures = 0;
   std::size_t starved = 0;  ///< frames that the filter left with fewer features than the floor
-  /// Frames in which rule depth took sure features only, because too few would have been left.
+  /// Frames in which rule depth left the least certain features, because few were left.
   std::size_t cautious = 0;
 };
 

@@ -34,7 +34,7 @@ enum class Compensation : std::uint8_t {
   /// The range of depth was estimated from the depths of features and applied, without a depth
   /// image (mono, stereo); the paper's rule did without D-LBP.
   applied_without_image,
-  cautious  ///< applied to sure features only, because too few would have been left to track
+  cautious  ///< applied, but the least certain features stay: too few would have been left
 };
 
 /// Verdict on the motion of an instance, see MotionJudge.

@@ -66,19 +66,6 @@ void keep_for_map(FeatureLabels& labels) {
   for (const std::size_t i : compensated) labels.restore(i);
 }
 
-#ifdef DYNFILTER_HAS_MOTION
-/// ORB-SLAM needs as many features again after it lost the camera, and motion judges what caution
-/// leaves.
-MotionFilterOptions options_with_motion(const detail::PluginSettings& settings) {
-  MotionFilterOptions options{settings.filter, {}};
-  double& share = options.filter.compensator.depth.min_kept_share;
-  if (settings.orb_features == 0) return options;
-  const auto extracted = static_cast<double>(settings.orb_features);
-  share = std::clamp(detail::map_features / extracted, share, 0.501);
-  return options;
-}
-#endif
-
 /// Makes the checks of the input, which name settings as the file does.
 InputChecks checks_of(const detail::PluginSettings& settings) {
   const auto key = [&](const std::string& name) {
@@ -105,7 +92,7 @@ struct Plugin::State {
     masks.emplace(settings);
 #ifdef DYNFILTER_HAS_MOTION
     if (settings.motion_camera) {
-      motion_filter.emplace(*settings.motion_camera, options_with_motion(settings));
+      motion_filter.emplace(*settings.motion_camera, MotionFilterOptions{settings.filter, {}});
     }
 #endif
     if (settings.output_folder.empty()) return;
@@ -236,7 +223,8 @@ struct Plugin::State {
     if (statistics.was_cautious() && counters.cautious++ == 0) {
       std::cerr << "dynfilter: in the frame at " << detail::time_text(timestamp_s)
                 << " s, compensation would have left too few of " << statistics.features
-                << " features to track, so it takes sure ones only; Plugin::counters() counts such "
+                << " features to track, so it leaves the least certain ones; Plugin::counters() "
+                   "counts such "
                    "frames"
                 << std::endl;
     }

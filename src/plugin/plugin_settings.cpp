@@ -165,6 +165,11 @@ void read_motion(SettingsFile& file, PluginSettings& settings) {
 #ifdef DYNFILTER_HAS_MOTION
   try {
     settings.motion_camera = read_camera(file);
+    if (settings.orb_features == 0) return;
+    // ORB-SLAM needs as many again after it lost the camera. Motion judges what caution leaves.
+    double& share = settings.filter.compensator.depth.min_kept_share;
+    share =
+        std::clamp(1.0 * map_features / static_cast<double>(settings.orb_features), share, 0.501);
   } catch (const std::runtime_error&) {
     if (is_asked_for) throw;
   }

@@ -185,9 +185,11 @@ TEST(DepthCompensator, TakesSureFeaturesOnlyWhereFewWouldBeLeft) {
   EXPECT_TRUE(labels.statistics().was_cautious());
   EXPECT_EQ(labels.statistics().instances[0].compensation, Compensation::cautious);
   for (std::size_t i = 99; i < labels.size(); ++i) {
-    ASSERT_EQ(labels.is_removed(i), scene.points[i].x < 364) << scene.points[i];
+    ASSERT_EQ(labels.is_removed(i), scene.points[i].x < 364) << "equally far in depth";
     ASSERT_EQ(labels[i].score, 0.8F) << "suspect all the same";
   }
+  scene.set_depth({372, 190, 30, 40}, 1.9);
+  EXPECT_EQ(scene.filtered().statistics().kept(), 149U) << "99 and the farther half of the limb";
   scene.set_depth(scene.limb, 1.59);
   EXPECT_EQ(scene.filtered().statistics().compensated, 100U) << "the object's depth is sure";
   scene.set_depth(scene.limb, 1.8);

@@ -292,16 +292,29 @@ struct DepthRuleOracle {
       kept += label.removed || best >= 0.5 ? 0 : 1;
     }
     const double all = static_cast<double>(pixels.size()), share = options.min_kept_share;
-    const bool is_cautious = share > 0 && kept < std::max(share * all, std::min(300.0, all / 2));
+    const double wanted = std::max(share * all, std::min(300.0, all / 2));
+    const bool is_cautious = share > 0 && kept < wanted;
+    // How far the features that are not sure are from their object's depth; -1 for others.
+    std::vector<double> doubts(pixels.size(), -1);
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      const auto [c, owner] = verdicts[i];
+      if (!is_cautious || filter.labels[i].removed || c < 0.5) continue;
+      const double m = depth_of(*owner, i);
+      const double distance = m > 0 ? std::abs(m - owner->m) : HUGE_VAL;
+      if (distance > 0.1 && !near_mask(*owner, pixels[i], 4 * scale)) doubts[i] = distance;
+    }
+    const auto missing = static_cast<std::ptrdiff_t>(std::ceil(std::max(wanted, all / 2)) - kept);
+    const auto stays = [&](std::size_t i) {
+      const auto farther = [&](double doubt) { return doubt > doubts[i]; };
+      return doubts[i] >= 0 && std::count_if(doubts.begin(), doubts.end(), farther) < missing;
+    };
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       FeatureLabel& label = filter.labels[i];
       const auto [c, owner] = verdicts[i];
       if (label.removed || owner == nullptr) continue;
       const Object& o = *owner;
-      const bool is_sure = (depth_of(o, i) > 0 && std::abs(depth_of(o, i) - o.m) <= 0.1) ||
-                           near_mask(o, pixels[i], 4 * scale);
       const float score = static_cast<float>(c) * o.instance->score;
-      if (c >= 0.5 && (!is_cautious || is_sure)) {
+      if (c >= 0.5 && !stays(i)) {
         label = {score, static_cast<int>(o.k), Reason::compensated, true};
         ++filter.instances[o.k].compensated;
       } else if (score > label.score) {
