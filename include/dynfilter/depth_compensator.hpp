@@ -260,7 +260,7 @@ class DepthCompensator {
       const double wanted = std::max(share * all, std::min(min_kept, all / 2));
       const bool is_cautious = share > 0 && static_cast<double>(kept) < wanted;
       const auto enough = static_cast<std::size_t>(std::ceil(std::max(wanted, all / 2)));
-      const double near_m = is_cautious ? caution_m(labels, enough - kept) : 0;
+      const double near_m = is_cautious ? be_cautious(labels, enough - kept) : 0;
       for (std::size_t i = 0; i < labels.size(); ++i) {
         const auto [certainty, object] = verdicts[i];
         if (object == nullptr || labels.is_removed(i)) continue;
@@ -304,8 +304,8 @@ class DepthCompensator {
       return depth_m > 0 ? std::abs(depth_m - object.depth_m) : HUGE_VAL;
     }
 
-    /// Returns how near the object's depth features go, so that `count` that are not sure stay.
-    double caution_m(FeatureLabels& labels, std::size_t count) {
+    /// Says so, and returns how near in depth features go, so that `count` not sure ones stay.
+    double be_cautious(FeatureLabels& labels, std::size_t count) {
       std::vector<double>& unsure_m = scratch_.depths_m;
       unsure_m.clear();
       unsure_m.reserve(labels.size());

@@ -223,9 +223,8 @@ struct Plugin::State {
     if (statistics.was_cautious() && counters.cautious++ == 0) {
       std::cerr << "dynfilter: in the frame at " << detail::time_text(timestamp_s)
                 << " s, compensation would have left too few of " << statistics.features
-                << " features to track, so it leaves the least certain ones; Plugin::counters() "
-                   "counts such "
-                   "frames"
+                << " features to track, so it leaves the least certain ones; "
+                   "Plugin::counters() counts such frames"
                 << std::endl;
     }
     FrameStatistics result = drop_removed(columns, shown);
