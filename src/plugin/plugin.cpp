@@ -49,21 +49,18 @@ void keep_at_least_one(FeatureLabels& labels) {
   labels.restore(static_cast<std::size_t>(best - labels.begin()));
 }
 
-constexpr std::size_t patience_frames = 60;  // a map that begins with few features is soon lost
-
-/// Gives back what rule depth removed, the least certain first, if it suffices to begin a map, as
-/// it would begin with masks alone.
+/// Gives back as many of the features that rule depth removed as the host's map needs to begin, the
+/// least certain first.
 void keep_for_map(FeatureLabels& labels) {
   std::vector<std::size_t> compensated;
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (labels[i].reason == Reason::compensated) compensated.push_back(i);
   }
-  const std::size_t kept = labels.statistics().kept(), wanted = detail::map_features;
-  if (kept >= wanted || kept + compensated.size() < wanted) return;
   std::stable_sort(compensated.begin(), compensated.end(),
                    [&](auto a, auto b) { return labels[a].score < labels[b].score; });
-  compensated.resize(wanted - kept);
-  for (const std::size_t i : compensated) labels.restore(i);
+  for (const std::size_t i : compensated) {
+    if (labels.statistics().kept() < detail::map_features) labels.restore(i);
+  }
 }
 
 /// Makes the checks of the input, which name settings as the file does.
@@ -155,11 +152,20 @@ struct Plugin::State {
              const FeaturesView& features) {
 #ifdef DYNFILTER_HAS_MOTION
     if (motion_filter && !frame.depth.empty()) {  // motion needs a depth image
-      motion_filter->apply(frame, segmentation, features, labels, workspace);
-      return;
+      return motion_filter->apply(frame, segmentation, features, labels, workspace);
     }
 #endif
     filter.apply(frame, segmentation, features, labels, workspace);
+  }
+
+  /// Lets the host's map begin as with masks alone, but only when the frames of 0.3 s would
+  /// suffice: a map that begins between frames with too few features is soon lost.
+  void begin_map(double timestamp_s) {
+    const FrameStatistics& statistics = labels.statistics();
+    const bool suffices = statistics.kept() + statistics.compensated >= detail::map_features;
+    if (!suffices || !suffices_since_s) suffices_since_s = timestamp_s;
+    if (timestamp_s - *suffices_since_s >= 0.3) keep_for_map(labels);
+    may_have_map = statistics.kept() >= detail::map_features;
   }
 
   /// Checks the first frames, and writes each finding once.
@@ -210,10 +216,7 @@ struct Plugin::State {
     const FrameStatistics& statistics = labels.statistics();
     // Depths of a mono host's map points begin no map.
     const bool has_depth = statistics.has_depth || columns.right_x != nullptr;
-    if (settings.orb_features > 0 && has_depth && !may_have_map) {
-      if (counters.filtered >= patience_frames) keep_for_map(labels);
-      may_have_map = statistics.kept() >= detail::map_features;
-    }
+    if (settings.orb_features > 0 && has_depth && !may_have_map) begin_map(timestamp_s);
     keep_at_least_one(labels);
     cv::KeyPoint::convert(columns.keypoints, points);
     in_all.stop();
@@ -282,16 +285,14 @@ struct Plugin::State {
 #endif
   std::optional<detail::Recorder> recorder;
   InputChecks checks;
-  std::set<std::string> said;  // the checks that spoke
-  bool may_have_map = false;   // of the host: a frame had enough features to begin it
+  std::set<std::string> said;              // the checks that spoke
+  bool may_have_map = false;               // of the host: a frame had enough features to begin it
+  std::optional<double> suffices_since_s;  // what masks alone leave, for that
   PluginCounters counters;
   FeatureLabels labels;
   Workspace workspace;
-
-  // The submitted image, until it is filtered.
-  cv::Mat image;
+  cv::Mat image;  // the submitted one, until it is filtered
   double image_time_s = 0;
-
   std::optional<double> answered_s;  // time of the frame of `labels`, if it had an image
   std::vector<cv::Point2f> points;   // the features of that frame
 };
