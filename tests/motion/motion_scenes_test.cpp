@@ -185,7 +185,7 @@ TEST(MotionBackground, ComesBackBesideAWalker) {
 
 /// Before a wall, a shift and a turn look alike, and together they explain the cart, too.
 TEST(MotionTurn, DoesNotFollowTheCart) {
-  SyntheticSceneOptions options = scene_level("rotation", 12);
+  SyntheticSceneOptions options = scene_level("rotation", 20);
   options.image_size = {480, 360};
   const SyntheticScene scene(options);
   Rig rig;
