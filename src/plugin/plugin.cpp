@@ -49,8 +49,8 @@ void keep_at_least_one(FeatureLabels& labels) {
   labels.restore(static_cast<std::size_t>(best - labels.begin()));
 }
 
-/// Gives back as many of the features that rule depth removed as the host's map needs to begin, the
-/// least certain first.
+/// Gives back as many of the features that compensation removed as the host's map needs to begin,
+/// the least certain first.
 void keep_for_map(FeatureLabels& labels) {
   std::vector<std::size_t> compensated;
   for (std::size_t i = 0; i < labels.size(); ++i) {
@@ -158,8 +158,8 @@ struct Plugin::State {
     filter.apply(frame, segmentation, features, labels, workspace);
   }
 
-  /// Lets the host's map begin as with masks alone, but only when the frames of 0.3 s would
-  /// suffice: a map that begins between frames with too few features is soon lost.
+  /// Lets the host's map begin where it would without compensation, but only when all frames of
+  /// 0.3 s would suffice: a map that begins between frames with too few features is soon lost.
   void begin_map(double timestamp_s) {
     const FrameStatistics& statistics = labels.statistics();
     const bool suffices = statistics.kept() + statistics.compensated >= detail::map_features;
@@ -287,7 +287,7 @@ struct Plugin::State {
   InputChecks checks;
   std::set<std::string> said;              // the checks that spoke
   bool may_have_map = false;               // of the host: a frame had enough features to begin it
-  std::optional<double> suffices_since_s;  // what masks alone leave, for that
+  std::optional<double> suffices_since_s;  // the time since which it could without compensation
   PluginCounters counters;
   FeatureLabels labels;
   Workspace workspace;
