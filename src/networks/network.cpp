@@ -78,21 +78,24 @@ void Network::find_input(const cv::Size& size_where_open) {
   has_channels_last_ = shape[3] == 3 && shape[1] != 3;
   const std::size_t rows = has_channels_last_ ? 1 : 2;
   input_size_ = {shape[rows + 1], shape[rows]};
-  if (!input_size_.empty()) {
-    if (size_where_open.empty() || size_where_open == input_size_) return;
+  const bool is_fixed = !input_size_.empty();
+  if (is_fixed && !size_where_open.empty() && size_where_open != input_size_) {
     fail("has an input of " + size_name(input_size_) + ", but NetworkOptions::input_size is " +
          size_name(size_where_open));
   }
-  input_size_ = size_where_open;
+  if (!is_fixed) input_size_ = size_where_open;
   const std::vector<double> written = numbers_in(metadata("imgsz"));  // rows, columns
   if (input_size_.empty() && written.size() == 2) {
     input_size_ = {cv::saturate_cast<int>(written[1]), cv::saturate_cast<int>(written[0])};
   }
-  constexpr int largest = 1 << 14;
-  if (input_size_.empty() || std::max(input_size_.width, input_size_.height) > largest) {
+  if (input_size_.empty()) {
     fail(
         "leaves the size of its input open: export it with a fixed size (dynamic=False), or set "
         "NetworkOptions::input_size (Python: input_size=(width, height))");
+  }
+  if (!is_sane_input(input_size_)) {
+    fail(concatenate("has an input of ", size_name(input_size_), "; want at most ",
+                     max_input_pixels, " pixels"));
   }
 }
 

@@ -19,6 +19,14 @@
 
 namespace dynfilter::detail {
 
+/// Most pixels of a network's input. Each takes 12 bytes, and some hundred in the layers.
+constexpr int max_input_pixels = 1 << 24;
+
+/// Tells whether a network may have such an input.
+inline bool is_sane_input(const cv::Size& size) {
+  return size.width > 0 && size.height > 0 && size.height <= max_input_pixels / size.width;
+}
+
 class Network {
  public:
   /// Loads the model for the device and, where the file leaves the size of its input open, for the

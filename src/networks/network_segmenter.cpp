@@ -27,13 +27,10 @@ void require_valid(const NetworkOptions& options) {
     detail::throw_misuse(component, detail::concatenate("score_threshold = ", *score), "0 to 1");
   }
   const cv::Size size = options.input_size;
-  const bool is_open = size == cv::Size();
-  const bool is_sane =
-      size.width > 0 && size.height > 0 && size.width <= 1 << 14 && size.height <= 1 << 14;
-  if (!is_open && !is_sane) {
-    detail::throw_misuse(component, "input_size " + detail::size_name(size),
-                         "0x0 for the model's own, or 1x1 to 16384x16384");
-  }
+  if (size == cv::Size() || detail::is_sane_input(size)) return;
+  detail::throw_misuse(component, "input_size " + detail::size_name(size),
+                       detail::concatenate("0x0 for the model's own, or at most ",
+                                           detail::max_input_pixels, " pixels"));
 }
 
 /// Throws std::invalid_argument for classes that are not among so many (0: unknown).

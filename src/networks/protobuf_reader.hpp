@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -41,28 +42,44 @@ struct ProtobufField {
   std::string_view bytes;
 };
 
-/// Returns the fields of a message. Throws MalformedMessage.
-inline std::vector<ProtobufField> fields_of(std::string_view message) {
+/// Most fields of a message, and numbers of a field. Each takes 2 bytes of the file and up to 100
+/// of memory. The largest models have some ten thousand layers.
+constexpr std::size_t max_fields = std::size_t{1} << 18U;
+
+inline void require_few(std::size_t count) {
+  if (count <= max_fields) return;
+  throw MalformedMessage("more than " + std::to_string(max_fields) + " fields in a message");
+}
+
+/// Takes the field at the front off a message.
+inline ProtobufField take_field(std::string_view& message) {
+  const std::uint64_t key = take_varint(message);
+  ProtobufField field{key >> 3U, (key & 7U) == 0, 0, {}};
+  std::uint64_t length = 0;
+  const std::uint64_t type = key & 7U;
+  if (type == 0) {
+    field.number = take_varint(message);
+  } else if (type == 2) {
+    length = take_varint(message);
+  } else if (type == 1 || type == 5) {
+    length = type == 1 ? 8 : 4;
+  } else {
+    throw MalformedMessage("an unknown type of field");
+  }
+  if (field.id == 0) throw MalformedMessage("a field without number");
+  if (length > message.size()) throw MalformedMessage("cut off in a field");
+  field.bytes = message.substr(0, static_cast<std::size_t>(length));
+  message.remove_prefix(field.bytes.size());
+  return field;
+}
+
+/// Returns the fields of a message that have this number. Throws MalformedMessage.
+inline std::vector<ProtobufField> fields_of(std::string_view message, std::uint64_t id) {
   std::vector<ProtobufField> fields;
-  while (!message.empty()) {
-    const std::uint64_t key = take_varint(message);
-    ProtobufField field{key >> 3U, (key & 7U) == 0, 0, {}};
-    std::uint64_t length = 0;
-    const std::uint64_t type = key & 7U;
-    if (type == 0) {
-      field.number = take_varint(message);
-    } else if (type == 2) {
-      length = take_varint(message);
-    } else if (type == 1 || type == 5) {
-      length = type == 1 ? 8 : 4;
-    } else {
-      throw MalformedMessage("an unknown type of field");
-    }
-    if (field.id == 0) throw MalformedMessage("a field without number");
-    if (length > message.size()) throw MalformedMessage("cut off in a field");
-    field.bytes = message.substr(0, static_cast<std::size_t>(length));
-    message.remove_prefix(field.bytes.size());
-    fields.push_back(field);
+  for (std::size_t count = 1; !message.empty(); ++count) {
+    require_few(count);
+    const ProtobufField field = take_field(message);
+    if (field.id == id) fields.push_back(field);
   }
   return fields;
 }
@@ -70,8 +87,7 @@ inline std::vector<ProtobufField> fields_of(std::string_view message) {
 /// Returns the bytes of each field with this number.
 inline std::vector<std::string_view> parts_of(std::string_view message, std::uint64_t id) {
   std::vector<std::string_view> parts;
-  for (const ProtobufField& field : fields_of(message)) {
-    if (field.id != id) continue;
+  for (const ProtobufField& field : fields_of(message, id)) {
     if (field.is_number) throw MalformedMessage("a number in place of bytes");
     parts.push_back(field.bytes);
   }
@@ -87,11 +103,11 @@ inline std::string_view part_of(std::string_view message, std::uint64_t id) {
 /// Returns all numbers of the fields with this number, single or packed.
 inline std::vector<std::int64_t> numbers_of(std::string_view message, std::uint64_t id) {
   std::vector<std::int64_t> numbers;
-  for (ProtobufField& field : fields_of(message)) {
-    if (field.id != id) continue;
+  for (ProtobufField& field : fields_of(message, id)) {
     if (field.is_number) numbers.push_back(static_cast<std::int64_t>(field.number));
     while (!field.bytes.empty()) {
       numbers.push_back(static_cast<std::int64_t>(take_varint(field.bytes)));
+      require_few(numbers.size());
     }
   }
   return numbers;

@@ -4,6 +4,7 @@
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 
 #include "dynfilter/evaluation/association.hpp"
+#include "support/process.hpp"
 #include "support/sequence_folder.hpp"
 #include "support/test.hpp"
 
@@ -212,17 +213,16 @@ Pairs associate_by_search(const std::vector<double>& a, const std::vector<double
     a_used[found.first] = b_used[found.second] = true;
     pairs.push_back(found);
   }
-  std::sort(pairs.begin(), pairs.end(),
-            [&](const auto& p, const auto& q) { return a[p.first] < a[q.first]; });
+  std::sort(pairs.begin(), pairs.end(), [&](const auto& p, const auto& q) {
+    return std::pair(a[p.first], p.first) < std::pair(a[q.first], q.first);
+  });
   return pairs;
 }
 
 std::vector<double> random_times(std::mt19937& random, int count, double step) {
   std::vector<double> times;
-  for (int i = 0; i < count; ++i) {
-    // A coarse grid makes ties.
-    const double time = 1341846434 + step * static_cast<double>(random() % 200);
-    if (std::find(times.begin(), times.end(), time) == times.end()) times.push_back(time);
+  for (int i = 0; i < count; ++i) {  // on a coarse grid, so that there are ties and equal times
+    times.push_back(1341846434 + step * static_cast<double>(random() % 200));
   }
   return times;
 }
@@ -235,6 +235,20 @@ TEST(Associate, MatchesBruteForce) {
     const auto b = random_times(random, static_cast<int>(random() % 30), step);
     const double limit = trial % 5 == 0 ? 0 : 0.02;
     EXPECT_EQ(associate(a, b, limit), associate_by_search(a, b, limit)) << "trial " << trial;
+  }
+}
+
+/// All of them are within the limit of each other; or all are equal.
+TEST(Associate, MemoryGrowsWithTheTimesAndNotWithThePairs) {
+  constexpr std::size_t count = 300000;
+  for (const double step_s : {1e-6, 0.0}) {
+    std::vector<double> times_s;
+    for (std::size_t i = 0; i < count; ++i) {
+      times_s.push_back(1700000000 + step_s * static_cast<double>(i));
+    }
+    const long before = peak_memory_mb();
+    EXPECT_EQ(associate(times_s, times_s, 0.02).size(), count);
+    EXPECT_LT(peak_memory_mb() - before, 500);
   }
 }
 

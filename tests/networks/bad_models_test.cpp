@@ -106,6 +106,8 @@ TEST_F(BadModels, OptionsOutOfRangeAreRefused) {
   options = {};
   options.input_size = {640, 0};
   refused(options, "input_size 640x0");
+  options.input_size = {16384, 16384};
+  refused(options, "at most 16777216 pixels");
   options.input_size = {128, 64};
   expect_error<std::runtime_error>([&] { NetworkSegmenter(model("yolo_raw"), options); },
                                    "has an input of 64x64");

@@ -5,8 +5,10 @@
 
 #include "networks/onnx_file.hpp"
 
+#include "dynfilter/networks/network_segmenter.hpp"
 #include "networks/class_names.hpp"
 #include "networks/tensors.hpp"
+#include "support/process.hpp"
 #include "support/test.hpp"
 
 namespace dynfilter::detail {
@@ -100,6 +102,30 @@ TEST_F(OnnxFiles, RefusesHugeFilesUnread) {
   expect_error<std::runtime_error>(
       [&] { read_onnx_file(file); },
       file.string() + ": is no ONNX model: got 1099511627776 bytes; want at most");
+}
+
+TEST_F(OnnxFiles, MemoryIsBoundedByTheFile) {
+  const std::string many = repeated(field(7, ""), 20000000);  // 40 MB
+  const long before = testing::peak_memory_mb();
+  const std::string message = "is truncated or no ONNX model: more than 262144 fields in a message";
+  expect_refused(many, message);
+  expect_refused(model(many), message);
+  const std::string packed = field(1, std::string(40000000, '\1'));
+  expect_refused(model_of_constant(field(2, 1) + packed), message);
+  EXPECT_LT(testing::peak_memory_mb() - before, 300);  // the file is here, and in the test, twice
+}
+
+TEST_F(OnnxFiles, LargeInputsAreRefused) {
+  const auto side = [](std::uint64_t size) { return field(1, field(1, size)); };
+  for (const std::uint64_t rows : {5000U, 100000U, 2147483647U}) {
+    const std::string shape = side(1) + side(3) + side(rows) + side(100000);
+    const std::string input = field(11, field(1, "x") + field(2, field(1, field(2, shape))));
+    const auto file = folder_.write(
+        "model.onnx", model(field(1, field(4, "Relu")) + input + field(12, field(1, "y"))));
+    expect_error<std::runtime_error>(
+        [&] { NetworkSegmenter{file}; },
+        "has an input of 100000x" + std::to_string(rows) + "; want at most 16777216 pixels");
+  }
 }
 
 // --- Names of classes ----------------------------------------------------------------------------

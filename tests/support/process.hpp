@@ -32,6 +32,13 @@ int exit_code_of_child(const Run& run) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
+/// Returns the most memory that the process has held so far.
+inline long peak_memory_mb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss / 1024;
+}
+
 /// Runs a function in a child of fork(), and kills it when destroyed.
 class ChildProcess {
  public:
