@@ -14,7 +14,7 @@ set(_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/dynfilter)
 # from the target, because errors in a handwritten list would go unnoticed: OpenCV's targets have no
 # namespace, and CMake takes the name of an unknown target for a library's name. A static library
 # lists its private dependencies too (LINK_ONLY), because the consumer's linker needs them.
-function(dynfilter_needs out component target)
+function(dynfilter_needs out target)
   set(opencv "")
   set(calls "")
   get_target_property(links ${target} INTERFACE_LINK_LIBRARIES)
@@ -23,11 +23,12 @@ function(dynfilter_needs out component target)
     if(link MATCHES "^opencv_(.+)$")
       list(APPEND opencv ${CMAKE_MATCH_1})
     elseif(link MATCHES "^Eigen3::")
-      string(APPEND calls "_dynfilter_need(${component} Eigen3 3.3 CONFIG)\n")
+      string(APPEND calls "find_dependency(Eigen3 CONFIG)\n")
     elseif(link STREQUAL "Threads::Threads")
-      string(APPEND calls "_dynfilter_need(${component} Threads)\n")
+      string(APPEND calls "find_dependency(Threads)\n")
     elseif(link MATCHES "^dynfilter(_|::)(.+)$" AND NOT CMAKE_MATCH_2 STREQUAL "dynfilter")
-      string(APPEND calls "_dynfilter_need_component(${CMAKE_MATCH_2})\n")
+      set(below ${CMAKE_MATCH_2})
+      string(APPEND calls "_dynfilter_load(${below})\nif(NOT dynfilter_${below}_FOUND)\n  return()\nendif()\n")
     elseif(NOT link MATCHES "^dynfilter(::dynfilter)?$")
       message(FATAL_ERROR "${target} links to ${link}: teach DynfilterPackage how to find it")
     endif()
@@ -35,18 +36,19 @@ function(dynfilter_needs out component target)
   if(opencv)
     list(REMOVE_DUPLICATES opencv)
     list(JOIN opencv " " opencv)
-    string(PREPEND calls "_dynfilter_need(${component} OpenCV 4.2 CONFIG COMPONENTS ${opencv})\n")
+    string(PREPEND calls "find_dependency(OpenCV ${OpenCV_VERSION_MAJOR} CONFIG COMPONENTS ${opencv})\n")
   endif()
   set(${out} "${calls}" PARENT_SCOPE)
 endfunction()
 
 # Packs `target` as the component `component`: its library, its export set, its component file, and
 # its own folders of include/dynfilter.
-#   dynfilter_package(<component> <target> [<folder>...])
+#   dynfilter_package(<component> <target> [<folder>...] [BESIDE <target>])
 function(dynfilter_package component target)
+  cmake_parse_arguments(arg "" "BESIDE" "" ${ARGN})
   set(export dynfilter-${component}-targets)
   install(
-    TARGETS ${target}
+    TARGETS ${target} ${arg_BESIDE}
     EXPORT ${export}
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dynfilter-${component}
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dynfilter-${component}
@@ -55,13 +57,13 @@ function(dynfilter_package component target)
           COMPONENT dynfilter-${component})
   export(EXPORT ${export} NAMESPACE dynfilter:: FILE ${PROJECT_BINARY_DIR}/${export}.cmake)
 
-  dynfilter_needs(needs ${component} ${target})
+  dynfilter_needs(needs ${target})
   set(component_file ${PROJECT_BINARY_DIR}/dynfilter-${component}.cmake)
   configure_file(${PROJECT_SOURCE_DIR}/cmake/component.cmake.in ${component_file} @ONLY)
   install(FILES ${component_file} DESTINATION ${_package_dir} COMPONENT dynfilter-${component})
   dynfilter_pkg_config(${component} ${target})
 
-  foreach(folder IN LISTS ARGN)
+  foreach(folder IN LISTS arg_UNPARSED_ARGUMENTS)
     # A component may not have a header yet.
     if(EXISTS ${PROJECT_SOURCE_DIR}/include/dynfilter/${folder})
       install(
@@ -74,7 +76,7 @@ function(dynfilter_package component target)
 endfunction()
 
 # --- The components -------------------------------------------------------------------------------
-dynfilter_package(core dynfilter)
+dynfilter_package(core dynfilter BESIDE dynfilter_header_only)
 if(TARGET dynfilter_segmenters)
   dynfilter_package(segmenters dynfilter_segmenters segmenters)
 endif()
@@ -104,7 +106,8 @@ install(
 # --- The config and its version file -------------------------------------------------------------
 write_basic_package_version_file(
   ${PROJECT_BINARY_DIR}/dynfilterConfigVersion.cmake COMPATIBILITY SameMinorVersion)
-configure_file(cmake/dynfilterConfig.cmake ${PROJECT_BINARY_DIR}/dynfilterConfig.cmake COPYONLY)
+configure_package_config_file(cmake/dynfilterConfig.cmake.in ${PROJECT_BINARY_DIR}/dynfilterConfig.cmake
+                              INSTALL_DESTINATION ${_package_dir})
 configure_file(cmake/dynfilterCheckStandard.cmake
                ${PROJECT_BINARY_DIR}/dynfilterCheckStandard.cmake COPYONLY)
 install(

@@ -16,7 +16,7 @@ ctest summary comes last. Stops at the first step that fails. Installs the packa
   --all  every step, with slow tests, the Python module, the benchmarks and the documentation
   STEP   these steps only, whose order is always this:
            sanitized  the unit tests under the address and undefined-behaviour sanitizers
-           threads    those of threads under the thread sanitizer
+           threads    the unit tests under the thread sanitizer
            clang      the unit tests, built by clang
            hardened   the unit tests, optimised and hardened, as C++20
            fuzz       some minutes of fuzzing
@@ -109,11 +109,11 @@ step_sanitized() {
 }
 
 step_threads() {
-  log "Tests of threads under the thread sanitizer"
+  log "Unit tests under the thread sanitizer"
   build "${other_dirs}tsan" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
-    -DDYNFILTER_SANITIZE=thread
+    -DDYNFILTER_SANITIZE=thread -DDYNFILTER_UNITY_BUILD=ON
   TSAN_OPTIONS="halt_on_error=1:suppressions='$root/tests/tsan.supp':print_suppressions=0" \
-    run_tests "${other_dirs}tsan" -R '\.threads$' --no-tests=error
+    run_tests "${other_dirs}tsan" -LE slow
 }
 
 step_clang() {

@@ -21,4 +21,5 @@ endif()
 
 build_and_run(${CONSUMERS_DIR}/core ${folder}/consumer ${without_eigen}
               -DCMAKE_PREFIX_PATH=${folder}/prefix)
-build_and_run(${CONSUMERS_DIR}/core ${folder}/headers -DHEADERS=${SOURCE_DIR}/include)
+build_and_run(${CONSUMERS_DIR}/core ${folder}/header_only ${without_eigen}
+              -DCMAKE_PREFIX_PATH=${folder}/prefix -DWANTED_TARGET=header_only)
