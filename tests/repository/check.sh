@@ -178,7 +178,7 @@ versions() {
   }
   {
     sed -n 's|.*<version>\(.*\)</version>.*|package.xml: \1|p' package.xml
-    sed -n 's|^version: \(.*\)|.github/CITATION.cff: \1|p' .github/CITATION.cff
+    sed -n 's|^version: \(.*\)|CITATION.cff: \1|p' CITATION.cff
     grep -m 1 '^## ' CHANGELOG.md | sed 's|## |CHANGELOG.md: |'
   } | awk -v version="$version" '
     { ++files }
