@@ -72,13 +72,12 @@ class DepthCompensator {
     (*this)(input, labels, workspace);
   }
 
-  /// Runs the stage. Throws std::invalid_argument for malformed input. O(pixels / 256 + features),
-  /// and for each instance O(features in its box); without a depth image, each of these that has no
-  /// depth asks those around it.
+  /// Runs the stage. Throws std::invalid_argument for labels of another input. O(pixels / 256 +
+  /// features), and for each instance O(features in its box); without a depth image, each of these
+  /// that has no depth asks those around it.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     validate(input, labels, "DepthCompensator");
-    Surfaces surfaces(options_, input, frame_features(input.features, workspace),
-                      workspace.get<Scratch>());
+    Surfaces surfaces(options_, input, workspace.get<Scratch>());
     for (std::size_t k = 0; k < input.segmentation.instances.size(); ++k) {
       if (labels.is_dynamic_object(k)) surfaces.add(k, labels.statistics().instances[k]);
     }
@@ -90,17 +89,15 @@ class DepthCompensator {
   /// unchanged without a depth image, or if its depth is not known. Throws std::invalid_argument
   /// for malformed input and an index out of range.
   Instance refined(const FrameView& frame, const Segmentation& segmentation, std::size_t k) const {
-    const FilterInput input{frame, segmentation, {}};
-    validate(input, "DepthCompensator");
+    const FilterInput input(frame, segmentation, {});
     if (k >= segmentation.instances.size()) {
       detail::throw_misuse("DepthCompensator::refined", detail::concatenate("instance ", k),
                            detail::concatenate("an index below ", segmentation.instances.size()));
     }
     if (frame.depth.empty()) return segmentation.instances[k];
     Scratch scratch;
-    const FrameFeatures no_features;
     InstanceStatistics unused;
-    Surfaces surfaces(options_, input, no_features, scratch);
+    Surfaces surfaces(options_, input, scratch);
     for (std::size_t i = 0; i < segmentation.instances.size(); ++i) {
       const int class_id = segmentation.instances[i].class_id;
       if (class_id == segmentation.instances[k].class_id) surfaces.add(i, unused);
@@ -170,9 +167,8 @@ class DepthCompensator {
   /// Objects and surfaces of one frame.
   class Surfaces {
    public:
-    Surfaces(const DepthCompensatorOptions& options, const FilterInput& input,
-             const FrameFeatures& features, Scratch& scratch)
-        : options_(options), input_(input), features_(features), scratch_(scratch) {
+    Surfaces(const DepthCompensatorOptions& options, const FilterInput& input, Scratch& scratch)
+        : options_(options), input_(input), features_(input.index), scratch_(scratch) {
       // All memory that frames of this size may need, whether or not this one does.
       const auto places = [](int length, int step) {
         return static_cast<std::size_t>(length / step + 1);
@@ -180,8 +176,8 @@ class DepthCompensator {
       const int step = scaled(sample_px), row_step = scaled(gap_reach_px / 3);
       scratch.objects.clear();
       scratch.objects.reserve(input.segmentation.instances.size());
-      scratch.verdicts.reserve(features.size());
-      scratch.depths_m.reserve(features.size() +
+      scratch.verdicts.reserve(features_.size());
+      scratch.depths_m.reserve(features_.size() +
                                places(size_.width, step) * places(size_.height, step));
       for (auto& gaps_px : scratch.gaps_px) gaps_px.reserve(places(size_.height, row_step));
       scratch.cells.reserve(lay_grid(min_cell_px * scale_));

@@ -84,20 +84,19 @@ class EdgeCompensator {
     (*this)(input, labels, workspace);
   }
 
-  /// Runs the stage. Throws std::invalid_argument for malformed input. O(features), and for each
-  /// instance O(features near its box).
+  /// Runs the stage. Throws std::invalid_argument for labels of another input. O(features), and for
+  /// each instance O(features near its box).
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     validate(input, labels, "EdgeCompensator");
     Scratch& scratch = workspace.get<Scratch>();
     scratch.reserve(labels.size(), sampler_.samples());
-    const FrameFeatures& features = frame_features(input.features, workspace);
     for (std::size_t k = 0; k < input.segmentation.instances.size(); ++k) {
       if (!labels.is_dynamic_object(k)) continue;
       InstanceStatistics& statistics = labels.statistics().instances[k];
-      statistics.compensation = estimate_ranges(input, k, labels, features, scratch);
+      statistics.compensation = estimate_ranges(input, k, labels, scratch);
       if (statistics.compensation == Compensation::applied ||
           statistics.compensation == Compensation::applied_without_image) {
-        compensate(input, k, features, labels);
+        compensate(input, k, labels);
       }
     }
   }
@@ -116,17 +115,17 @@ class EdgeCompensator {
 
   /// Estimates [a, b]_depth and [a, b]_D-LBP of object k from a sample of its masked features.
   Compensation estimate_ranges(const FilterInput& input, std::size_t k, FeatureLabels& labels,
-                               const FrameFeatures& features, Scratch& scratch) const {
+                               Scratch& scratch) const {
     InstanceStatistics& statistics = labels.statistics().instances[k];
     const bool has_image = !input.frame.depth.empty();
     if (!has_image && !input.features.has_depths()) return Compensation::no_depth_image;
-    draw_sample(input, k, labels, features, scratch.candidates);
+    draw_sample(input, k, labels, scratch.candidates);
     scratch.depths_m.clear();
     scratch.codes.clear();
     for (const SampleCandidate& candidate : scratch.candidates) {
       scratch.depths_m.push_back(candidate.depth_m);
       if (!has_image) continue;
-      const auto code = depth_lbp_.code(input.frame.depth, features.pixel(candidate.feature));
+      const auto code = depth_lbp_.code(input.frame.depth, input.index.pixel(candidate.feature));
       if (code) scratch.codes.push_back(*code);
     }
     statistics.sampled = scratch.candidates.size();
@@ -139,17 +138,17 @@ class EdgeCompensator {
 
   /// Draws from the features of FP_object that lie on the mask and have depth.
   void draw_sample(const FilterInput& input, std::size_t k, const FeatureLabels& labels,
-                   const FrameFeatures& features, std::vector<SampleCandidate>& candidates) const {
+                   std::vector<SampleCandidate>& candidates) const {
     const Instance& instance = input.segmentation.instances[k];
     const cv::Rect masked(instance.mask_origin, instance.mask.size());
     const bool has_image = !input.frame.depth.empty();
     candidates.clear();
-    for (const std::size_t i : features.inside(masked)) {
+    for (const std::size_t i : input.index.inside(masked)) {
       const FeatureLabel& label = labels[i];
       const bool is_masked = label.removed && label.reason == Reason::in_mask &&
                              label.instance == static_cast<std::int32_t>(k);
       if (!is_masked) continue;
-      const cv::Point pixel = features.pixel(i);
+      const cv::Point pixel = input.index.pixel(i);
       if (!instance.covers(pixel)) continue;
       const std::optional<double> depth_m =
           has_image ? input.frame.depth_m(pixel) : input.features.depth_m(i);
@@ -162,14 +161,13 @@ class EdgeCompensator {
 
   /// Applies eq. (1), without a depth image its test of depth, to every feature in the box that is
   /// not removed yet.
-  void compensate(const FilterInput& input, std::size_t k, const FrameFeatures& features,
-                  FeatureLabels& labels) const {
+  void compensate(const FilterInput& input, std::size_t k, FeatureLabels& labels) const {
     const Instance& instance = input.segmentation.instances[k];
     const InstanceStatistics& statistics = labels.statistics().instances[k];
     const bool has_image = !input.frame.depth.empty();
-    for (const std::size_t i : features.inside(instance.box)) {
+    for (const std::size_t i : input.index.inside(instance.box)) {
       if (labels.is_removed(i)) continue;
-      const cv::Point pixel = features.pixel(i);
+      const cv::Point pixel = input.index.pixel(i);
       const std::optional<double> depth_m =
           has_image ? input.frame.depth_m(pixel) : input.features.depth_m(i);
       const bool joins =

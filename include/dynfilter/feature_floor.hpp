@@ -41,7 +41,7 @@ class FeatureFloor {
   /// Takes the options.
   explicit FeatureFloor(const FeatureFloorOptions& options = {}) : options_(options) {}
 
-  /// Runs the stage. Throws std::invalid_argument for malformed input. O(instances).
+  /// Runs the stage. Throws std::invalid_argument for labels of another input. O(1).
   void operator()(const FilterInput& input, FeatureLabels& labels) const {
     validate(input, labels, "FeatureFloor");
     FrameStatistics& statistics = labels.statistics();

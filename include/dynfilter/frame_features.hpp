@@ -15,12 +15,11 @@
 
 #include "dynfilter/detail/rectangles.hpp"
 #include "dynfilter/features.hpp"
-#include "dynfilter/workspace.hpp"
 
 namespace dynfilter {
 
-/// Pixels of one frame's features, and the features inside a box. Stages get it from
-/// frame_features.
+/// Pixels of one frame's features, and the features inside a box. Stages find it in their input,
+/// FilterInput::index.
 ///
 /// The features are sorted into strips of columns once, so that a box costs only the features of
 /// its strips, however many features and boxes there are. A query holds no memory: queries may
@@ -140,13 +139,6 @@ inline FrameFeatures::Inside FrameFeatures::inside(const cv::Rect& box) const {
 
 inline FrameFeatures::Inside FrameFeatures::inside(const detail::PixelBounds& bounds) const {
   return {*this, bounds};
-}
-
-/// Reads the features for a stage, into the workspace's memory. O(features).
-inline FrameFeatures& frame_features(const FeaturesView& features, Workspace& workspace) {
-  FrameFeatures& result = workspace.get<FrameFeatures>();
-  result.read(features);
-  return result;
 }
 
 }  // namespace dynfilter

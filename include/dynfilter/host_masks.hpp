@@ -67,7 +67,7 @@ inline cv::Mat paint_image_mask(std::uint8_t background, std::uint8_t dynamic,
     throw_misuse(component, concatenate("a segmentation of image_size ", size_name(size)),
                  "the size of the image that the mask is for");
   }
-  culler.check({FrameView(), segmentation, FeaturesView()});
+  culler.check_image_size(size);
   cv::Mat mask(size, CV_8UC1, cv::Scalar::all(background));
   paint_dynamic_pixels(mask, dynamic, segmentation, culler);
   return mask;
@@ -111,9 +111,8 @@ inline cv::Mat depth_with_holes(const cv::Mat& depth, const Segmentation& segmen
   FrameView frame;
   frame.depth = depth;
   frame.metres_per_unit = 1.0;  // any scale will do: no depth is read
-  const FilterInput input{frame, segmentation, FeaturesView()};
-  validate(input, component);
-  culler.check(input);
+  const FilterInput input(frame, segmentation, FeaturesView());  // checks them
+  culler.check_image_size(depth.size());
   cv::Mat mask(depth.size(), CV_8UC1, cv::Scalar::all(0));
   detail::paint_dynamic_pixels(mask, 255, segmentation, culler);
   cv::Mat result = depth.clone();

@@ -19,7 +19,6 @@
 #include "dynfilter/filter_input.hpp"
 #include "dynfilter/frame_features.hpp"
 #include "dynfilter/labels.hpp"
-#include "dynfilter/workspace.hpp"
 
 namespace dynfilter {
 
@@ -58,15 +57,6 @@ class MaskCuller {
     options_.static_mask = mask.clone();
   }
 
-  /// Checks the input. Throws std::invalid_argument if the input is
-  /// malformed or the static mask differs from the images in size. O(instances).
-  void check(const FilterInput& input) const {
-    validate(input, "MaskCuller");
-    check_image_size(input.segmentation.image_size);
-    check_image_size(input.frame.image.size());
-    check_image_size(input.frame.depth.size());
-  }
-
   /// Checks an image size; an empty one passes. Throws std::invalid_argument if the static mask has
   /// another size.
   void check_image_size(const cv::Size& size) const {
@@ -78,24 +68,20 @@ class MaskCuller {
                          "the same size");
   }
 
-  /// Runs the stage with a temporary workspace.
+  /// Runs the stage. Throws std::invalid_argument for labels of another input, and if the static
+  /// mask differs from the images in size. O(features), and for each instance O(features near its
+  /// mask); for the features in the rectangle of a mask, the pixels within the margin too.
   void operator()(const FilterInput& input, FeatureLabels& labels) const {
-    Workspace workspace;
-    (*this)(input, labels, workspace);
-  }
-
-  /// Runs the stage. O(features), and for each instance O(features near its mask); for the
-  /// features in the rectangle of a mask, the pixels within the margin too.
-  void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     validate(input, labels, "MaskCuller");
-    check(input);
+    check_image_size(input.segmentation.image_size);
+    check_image_size(input.frame.image.size());
+    check_image_size(input.frame.depth.size());
     const std::vector<Instance>& instances = input.segmentation.instances;
-    const FrameFeatures& features = frame_features(input.features, workspace);
-    cull_static_mask(features, labels);
+    cull_static_mask(input.index, labels);
     for (std::size_t k = 0; k < instances.size(); ++k) {
       if (!is_dynamic(instances[k].class_id)) continue;
       labels.mark_dynamic(k);
-      cull(input, k, features, labels);
+      cull(input, k, labels);
     }
   }
 
@@ -139,8 +125,8 @@ class MaskCuller {
   }
 
   /// Removes FP_object of instance k: the features on its mask and within the margin.
-  void cull(const FilterInput& input, std::size_t k, const FrameFeatures& features,
-            FeatureLabels& labels) const {
+  void cull(const FilterInput& input, std::size_t k, FeatureLabels& labels) const {
+    const FrameFeatures& features = input.index;
     const Instance& instance = input.segmentation.instances[k];
     const cv::Rect masked(instance.mask_origin, instance.mask.size());
     const auto reach_px =

@@ -28,7 +28,7 @@ class Pipeline {
 
   /// Returns the labels of the frame's features. The segmentation may be a std::optional; {} and
   /// std::nullopt say that no masks are known, and a segmentation without instances that nobody is
-  /// there. Throws std::invalid_argument for malformed input (see validate) and passes on what a
+  /// there. Throws std::invalid_argument for malformed input (see FilterInput) and passes on what a
   /// stage throws.
   FeatureLabels apply(const FrameView& frame, SegmentationView segmentation,
                       FeaturesView features) const {
@@ -41,16 +41,9 @@ class Pipeline {
   /// Writes the labels of the frame's features into `labels`, reusing its memory and the workspace:
   /// a frame no larger than earlier ones allocates nothing. If it throws, `labels` is empty.
   void apply(const FrameView& frame, SegmentationView segmentation, FeaturesView features,
-             FeatureLabels& labels, Workspace& workspace) const {
-    const Segmentation no_masks;
-    run({frame, segmentation.has_value() ? *segmentation : no_masks, features},
-        segmentation.has_value(), labels, workspace);
-  }
+             FeatureLabels& labels, Workspace& workspace) const;
 
  private:
-  void run(const FilterInput& input, bool has_segmentation, FeatureLabels& labels,
-           Workspace& workspace) const;
-
   static void begin_frame(const FilterInput& input, bool has_segmentation, FeatureLabels& labels) {
     labels.reset(input.features.size(), input.segmentation);
     FrameStatistics& statistics = labels.statistics();
@@ -65,13 +58,16 @@ class Pipeline {
 
 // Defined outside the class, so that the library can instantiate it once for all files.
 template <class... Stages>
-void Pipeline<Stages...>::run(const FilterInput& input, bool has_segmentation,
-                              FeatureLabels& labels, Workspace& workspace) const {
+void Pipeline<Stages...>::apply(const FrameView& frame, SegmentationView segmentation,
+                                FeaturesView features, FeatureLabels& labels,
+                                Workspace& workspace) const {
   // Whoever goes on after an exception finds no labels, not those of another frame.
   labels.clear();
-  validate(input, "Pipeline");
+  const Segmentation no_masks;
+  const FilterInput input(frame, segmentation.has_value() ? *segmentation : no_masks, features,
+                          workspace);
   try {
-    begin_frame(input, has_segmentation, labels);
+    begin_frame(input, segmentation.has_value(), labels);
     std::apply([&](const auto&... stage) { (run_stage(stage, input, labels, workspace), ...); },
                stages_);
     validate(input, labels, "Pipeline");  // what the last stage made of them

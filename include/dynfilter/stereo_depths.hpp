@@ -20,7 +20,6 @@
 #include "dynfilter/detail/rectangles.hpp"
 #include "dynfilter/detail/row_search.hpp"
 #include "dynfilter/features.hpp"
-#include "dynfilter/filter_input.hpp"
 #include "dynfilter/frame_features.hpp"
 #include "dynfilter/mask_culler.hpp"
 #include "dynfilter/workspace.hpp"
@@ -96,8 +95,8 @@ class StereoDepths {
             std::vector<float>& depths_m, Workspace& workspace) const {
     validate(pair, features, depths_m);
     Scratch& scratch = workspace.get<Scratch>();
-    const FrameFeatures& pixels = frame_features(features, workspace);
-    scratch.prepare(features.size(), pair.left.cols);
+    const FrameFeatures& pixels = scratch.pixels;
+    scratch.prepare(features, pair.left.cols);
     for (const cv::Rect& area : areas) {
       for (const std::size_t i : pixels.inside(detail::bounds_of(area))) {
         if (scratch.found[i] != Found::nothing_yet) continue;
@@ -134,11 +133,13 @@ class StereoDepths {
   struct Scratch {
     std::vector<Found> found;           // for each feature
     std::vector<float> disparities_px;  // of the matches; 0: none
+    FrameFeatures pixels;
     detail::RowSearch search;
 
-    void prepare(std::size_t features, int width) {
-      found.assign(features, Found::nothing_yet);
-      disparities_px.assign(features, 0.0F);
+    void prepare(const FeaturesView& features, int width) {
+      found.assign(features.size(), Found::nothing_yet);
+      disparities_px.assign(features.size(), 0.0F);
+      pixels.read(features);
       search.reserve(width);
     }
 
@@ -244,19 +245,20 @@ class StereoDepths {
 };
 
 /// Finds where the depths of features matter to DepthCompensator: around the boxes of dynamic
-/// objects, as far as these may have moved and as it looks for other features. The input must be
-/// valid. Overwrites `areas`. O(instances).
-inline void stereo_areas(const FilterInput& input, const MaskCuller& culler,
-                         const DepthCompensatorOptions& options, std::vector<cv::Rect>& areas) {
-  const cv::Size size = input.segmentation.image_size;
+/// objects, as far as these may have moved and as it looks for other features. Frame and
+/// segmentation must be valid. Overwrites `areas`. O(instances).
+inline void stereo_areas(const FrameView& frame, const Segmentation& segmentation,
+                         const MaskCuller& culler, const DepthCompensatorOptions& options,
+                         std::vector<cv::Rect>& areas) {
+  const cv::Size size = segmentation.image_size;
   constexpr double max_age_s = 1, votes_px = 70;  // of DepthCompensator, rounded up
-  const double age_s = std::abs(input.frame.timestamp_s - input.segmentation.timestamp_s);
+  const double age_s = std::abs(frame.timestamp_s - segmentation.timestamp_s);
   const double moved_px = age_s <= max_age_s ? age_s * options.motion_px_per_s : 0;
   const auto margin = static_cast<std::int64_t>(
       std::min(std::ceil((votes_px + moved_px) * detail::pixel_scale(size)),
                static_cast<double>(size.width + size.height)));
   areas.clear();
-  for (const Instance& instance : input.segmentation.instances) {
+  for (const Instance& instance : segmentation.instances) {
     if (!culler.is_dynamic(instance.class_id)) continue;
     areas.push_back(detail::clip_grown(instance.box, margin, margin, size));
   }

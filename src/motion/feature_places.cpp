@@ -109,7 +109,7 @@ Suspicion suspicion_by_label(const MotionContext& context, const FeatureLabel& l
 
 /// Suspects what is where something that moved is expected, at its depth.
 void suspect_expected(const MotionContext& context) {
-  FrameFeatures& index = frame_features(context.input.features, context.workspace);
+  const FrameFeatures& index = context.input.index;
   const auto distance = [](const FeatureMotion& feature, const Mover& mover) {
     const cv::Point2f away = feature.raw - mover.expected;
     return std::make_tuple(away.dot(away), mover.flow.x, mover.flow.y);

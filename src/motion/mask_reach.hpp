@@ -15,7 +15,7 @@ namespace dynfilter::detail {
 template <class Action>
 void for_each_within(const MotionContext& context, const Instance& instance, double distance_px,
                      const Action& action) {
-  FrameFeatures& index = frame_features(context.input.features, context.workspace);
+  const FrameFeatures& index = context.input.index;
   const PixelBounds reach = bounds_of(cv::Rect(instance.mask_origin, instance.mask.size()),
                                       static_cast<std::int64_t>(distance_px));
   for (const std::uint32_t i : index.inside(reach)) {

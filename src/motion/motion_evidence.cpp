@@ -176,7 +176,7 @@ int squared(cv::Point vector) { return vector.dot(vector); }
 
 /// Lists a candidate's neighbours that may be on the same thing and say something, the nearest
 /// first; ties go to the lower pixel, row by row.
-void list_neighbours(const MotionContext& context, FrameFeatures& index,
+void list_neighbours(const MotionContext& context, const FrameFeatures& index,
                      const FeatureMotion& candidate) {
   const std::vector<FeatureMotion>& features = context.scratch.features;
   std::vector<std::uint32_t>& near = context.scratch.indices;
@@ -212,7 +212,7 @@ struct Neighbours {
   bool are_candidates = false;  // most are candidates, however they move
 };
 
-Neighbours ask_neighbours(const MotionContext& context, FrameFeatures& index,
+Neighbours ask_neighbours(const MotionContext& context, const FrameFeatures& index,
                           const FeatureMotion& candidate) {
   const std::vector<FeatureMotion>& features = context.scratch.features;
   list_neighbours(context, index, candidate);
@@ -280,7 +280,7 @@ void support_candidates(const MotionContext& context, const FeatureLabels& label
                         MotionStatistics& statistics) {
   MotionScratch& scratch = context.scratch;
   std::vector<FeatureMotion>& features = scratch.features;
-  FrameFeatures& index = frame_features(context.input.features, context.workspace);
+  const FrameFeatures& index = context.input.index;
   scratch.candidates.clear();
   scratch.cores.clear();
   for (std::uint32_t i = 0; i < features.size(); ++i) {

@@ -108,7 +108,7 @@ void fill(const MotionContext& context) {
   MotionScratch& scratch = context.scratch;
   scratch.was_moving.clear();  // before filling, so that it does not spread
   for (const FeatureMotion& one : scratch.features) scratch.was_moving.push_back(one.is_moving);
-  const FrameFeatures& index = frame_features(context.input.features, context.workspace);
+  const FrameFeatures& index = context.input.index;
   for (FeatureMotion& feature : scratch.features) {
     const bool is_clear = feature.was_tracked() && feature.ratio < max_clear_ratio;
     const bool is_nothing_known = !feature.was_tracked() && !(feature.depth_m > 0);

@@ -10,7 +10,6 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/detail/quantile.hpp"
-#include "dynfilter/filter_input.hpp"
 #include "dynfilter/mask_culler.hpp"
 #include "dynfilter/stereo_depths.hpp"
 #include "plugin/host_input.hpp"
@@ -34,21 +33,21 @@ class PairDepths {
   /// Releases the right image.
   void release() { right_.release(); }
 
-  /// Returns the column of depths for the input's features, metres: the host's where StereoDepths
+  /// Returns the column of depths for the features, metres: the host's where StereoDepths
   /// has none. `right_x` has the host's columns in the right image of the features that it
   /// matched. They tell the product of focal length and baseline. The result is valid until the
   /// next call.
-  const std::vector<float>& find(const FilterInput& input, const std::vector<float>& host_depths_m,
+  const std::vector<float>& find(const FrameView& frame, const Segmentation& segmentation,
+                                 FeaturesView features, const std::vector<float>& host_depths_m,
                                  const std::vector<float>& right_x, Workspace& workspace) {
-    if (!is_on_ || right_.empty() || input.frame.image.empty()) return host_depths_m;
-    stereo_areas(input, culler_, options_, areas_);
+    if (!is_on_ || right_.empty() || frame.image.empty()) return host_depths_m;
+    stereo_areas(frame, segmentation, culler_, options_, areas_);
     if (areas_.empty()) return host_depths_m;
-    const double product = focal_baseline(input.features, host_depths_m, right_x);
+    const double product = focal_baseline(features, host_depths_m, right_x);
     if (!(product > 0)) return host_depths_m;
-    const StereoPair pair{in_grey(input.frame.image, left_grey_), in_grey(right_, right_grey_),
-                          product};
+    const StereoPair pair{in_grey(frame.image, left_grey_), in_grey(right_, right_grey_), product};
     depths_m_ = host_depths_m;
-    stereo_.find(pair, input.features, areas_, depths_m_, workspace);
+    stereo_.find(pair, features, areas_, depths_m_, workspace);
     // The host may have matched what is nearer than min_depth_m, or at the image's edge.
     for (std::size_t i = 0; i < depths_m_.size(); ++i) {
       if (depths_m_[i] == 0) depths_m_[i] = host_depths_m[i];

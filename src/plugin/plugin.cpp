@@ -144,8 +144,8 @@ struct Plugin::State {
     const FeaturesView features(columns.keypoints);
     if (!columns.depths_m) return features;
     if (!columns.right_x || !segmentation) return features.with_depths(*columns.depths_m);
-    return features.with_depths(pair_depths.find({frame, *segmentation, features},
-                                                 *columns.depths_m, *columns.right_x, workspace));
+    return features.with_depths(pair_depths.find(frame, *segmentation, features, *columns.depths_m,
+                                                 *columns.right_x, workspace));
   }
 
   void apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,

@@ -173,7 +173,7 @@ TEST(HostMasks, RefuseBadInput) {
   bad = good;
   bad.instances[0].mask = cv::Mat::ones(8, 9, CV_32FC1);
   refused([&] { mask_of_dynamic_pixels(bad); }, "a mask of type CV_32FC1");
-  refused([&] { depth_with_holes(cv::Mat::ones(20, 30, CV_32FC1), bad); }, "depth_with_holes");
+  refused([&] { depth_with_holes(cv::Mat::ones(20, 30, CV_32FC1), bad); }, "type CV_32FC1");
   MaskCullerOptions options;
   options.static_mask = cv::Mat::ones(48, 64, CV_8UC1);
   const MaskCuller culler(options);

@@ -155,7 +155,7 @@ Segmentation left_half_masked() {
   return segmentation;
 }
 
-/// Later stages must not use what the inner pipeline wrote into the workspace.
+/// Neither the stage nor later ones may see what the inner pipeline wrote into the workspace.
 TEST(Pipeline, NestedPipelineMayUseTheSameWorkspace) {
   const std::vector<cv::Point2f> points = {{10, 5}, {90, 5}, {20, 5}},
                                  mirrored = {{90, 5}, {10, 5}, {80, 5}};
@@ -163,7 +163,9 @@ TEST(Pipeline, NestedPipelineMayUseTheSameWorkspace) {
     FeatureLabels labels;
     Pipeline(MaskCuller()).apply(input.frame, input.segmentation, mirrored, labels, workspace);
     EXPECT_TRUE(labels.is_removed(1));
-    MaskCuller()({input.frame, input.segmentation, mirrored}, labels, workspace);
+    EXPECT_EQ(input.index.pixel(0), cv::Point(10, 5));
+    EXPECT_EQ(*input.index.inside(cv::Rect(80, 0, 20, 10)).begin(), 1U);
+    MaskCuller()({input.frame, input.segmentation, mirrored, workspace}, labels);
   };
   const FeatureLabels labels =
       Pipeline(other_features, MaskCuller()).apply(FrameView(), left_half_masked(), points);

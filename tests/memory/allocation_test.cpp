@@ -276,6 +276,23 @@ TEST(Allocations, FilterAllocatesNothingInSteadyState) {
   }
 }
 
+TEST(Allocations, NestedFilterAllocatesNothingInSteadyState) {
+  const DynamicFilter inner;
+  FeatureLabels labels, inner_labels;
+  const auto nested = [&](const FilterInput& input, FeatureLabels&, Workspace& workspace) {
+    inner.apply(input.frame, input.segmentation, input.features, inner_labels, workspace);
+  };
+  const Pipeline filter(nested, MaskCuller(), Compensator());
+  Workspace workspace;
+  const FilterCase first = full_size_case(1), next = full_size_case(2);
+  filter.apply(first.frame, first.segmentation, first.keypoints, labels, workspace);
+  EXPECT_EQ(allocations_of([&] {
+              filter.apply(next.frame, next.segmentation, next.keypoints, labels, workspace);
+            }),
+            0U);
+  EXPECT_TRUE(same_labels(labels, inner_labels));
+}
+
 TEST(Allocations, StereoDepthsAllocateNothingInSteadyState) {
   cv::Mat image(480, 640, CV_8UC1);
   cv::randu(image, 0, 256);
@@ -285,7 +302,7 @@ TEST(Allocations, StereoDepthsAllocateNothingInSteadyState) {
   Workspace workspace;
   std::vector<cv::Rect> areas;
   const auto find = [&](const FilterCase& input, std::vector<float>& depths_m) {
-    stereo_areas({input.frame, input.segmentation, input.keypoints}, culler, {}, areas);
+    stereo_areas(input.frame, input.segmentation, culler, {}, areas);
     stereo.find(pair, input.keypoints, areas, depths_m, workspace);
   };
   std::vector<float> depths_m(1000, 0.F);
@@ -331,7 +348,7 @@ TEST(Allocations, OfTheMotionJudgeAreThoseOfOpenCv) {
     cv::goodFeaturesToTrack(grey, corners, 500, 1e-3, 6);
     filter.apply(frame, shot.true_segmentation, corners, labels, workspace);
     const std::size_t of_judge = allocations_of([&] {
-      judge({frame, shot.true_segmentation, corners}, labels, workspace);
+      judge({frame, shot.true_segmentation, corners, workspace}, labels, workspace);
     });
     const MotionOutcome outcome = labels.statistics().motion.outcome;
     const std::size_t of_opencv = allocations_of([&] {
