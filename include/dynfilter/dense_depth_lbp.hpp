@@ -7,6 +7,7 @@
 #ifndef DYNFILTER_DENSE_DEPTH_LBP_HPP
 #define DYNFILTER_DENSE_DEPTH_LBP_HPP
 
+#include <algorithm>
 #include <cstdint>
 
 #include <opencv2/core.hpp>
@@ -24,19 +25,31 @@ namespace dynfilter {
 /// size already, only the region is written, so threads may share it and each compute some rows.
 /// Otherwise it is allocated, with 0 outside the region. `codes` must not share data with `depth`.
 ///
+/// Bands of a large region's rows are computed by OpenCV's threads (cv::parallel_for_), as many as
+/// cv::setNumThreads allows; 1 keeps all in the calling thread.
+///
 /// Throws std::invalid_argument for a depth image of another type. O(pixels of the region), with
 /// the widest registers that the processor has.
 inline void dense_depth_lbp(const cv::Mat& depth, const cv::Rect& region, cv::Mat& codes) {
+  // With larger bands, 640x480 has work for one thread only; handing out a smaller one takes longer
+  // than computing it.
+  constexpr double min_band_bytes = 256 * 1024;
   detail::require_depth_of_lbp(depth);
   if (codes.type() != CV_8UC1 || codes.size() != depth.size()) {
     codes = cv::Mat::zeros(depth.size(), CV_8UC1);
   }
   const cv::Rect inside = detail::clip(region, depth.size());
-  if (depth.type() == CV_16UC1) {
-    detail::dense_depth_lbp<std::uint16_t>(depth, inside, codes);
-  } else {
-    detail::dense_depth_lbp<float>(depth, inside, codes);
-  }
+  const auto compute = [&](const cv::Range& rows) {
+    const cv::Rect band(inside.x, rows.start, inside.width, rows.size());
+    if (depth.type() == CV_16UC1) {
+      detail::dense_depth_lbp<std::uint16_t>(depth, band, codes);
+    } else {
+      detail::dense_depth_lbp<float>(depth, band, codes);
+    }
+  };
+  const double bytes = 1.0 * inside.width * inside.height * CV_ELEM_SIZE(depth.type());
+  cv::parallel_for_(cv::Range(inside.y, inside.y + inside.height), compute,
+                    std::clamp<double>(bytes / min_band_bytes, 1, cv::getNumThreads()));
 }
 
 /// Computes the codes of the whole image.

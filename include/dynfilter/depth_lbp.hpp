@@ -41,7 +41,8 @@ class DepthLbp {
   /// depth image of another type. O(1).
   std::optional<std::uint8_t> code(const cv::Mat& depth, cv::Point pixel) const {
     detail::require_depth_of_lbp(depth);
-    return code_at(depth, pixel);
+    if (depth.type() == CV_32FC1) return detail::depth_lbp_code<float>(depth, pixel);
+    return detail::depth_lbp_code<std::uint16_t>(depth, pixel);
   }
 
   /// Computes the codes of all features, in their order. `codes` is resized, which reuses its
@@ -50,15 +51,11 @@ class DepthLbp {
              std::vector<std::optional<std::uint8_t>>& codes) const {
     detail::require_depth_of_lbp(depth);
     codes.resize(features.size());
-    for (std::size_t i = 0; i < codes.size(); ++i) codes[i] = code_at(depth, features.pixel(i));
-  }
-
- private:
-  static std::optional<std::uint8_t> code_at(const cv::Mat& depth, cv::Point pixel) {
     if (depth.type() == CV_32FC1) {
-      return detail::depth_lbp_code<float>(depth, pixel);
+      detail::depth_lbp_codes<float>(depth, features, codes.data());
+    } else {
+      detail::depth_lbp_codes<std::uint16_t>(depth, features, codes.data());
     }
-    return detail::depth_lbp_code<std::uint16_t>(depth, pixel);
   }
 };
 
