@@ -33,10 +33,7 @@ const SyntheticScene& scene() {
   return medium;
 }
 
-PinholeCamera camera() {
-  const CameraParameters c = scene().camera();
-  return {c.fx, c.fy, c.cx, c.cy};
-}
+Camera camera() { return scene().camera(); }
 
 const std::vector<Shot>& shots() {
   static const std::vector<Shot> all = [] {
@@ -135,7 +132,7 @@ void pnp_ransac(benchmark::State& state) {
     points.push_back(one.point_now_m);
     pixels.push_back(one.pixel_then);
   }
-  const PinholeCamera c = camera();
+  const Camera c = camera();
   const cv::Matx33d intrinsics(c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1);
   cv::Vec3d rotation, translation;
   for (auto _ : state) {

@@ -31,9 +31,7 @@ int run(const char* folder, std::optional<double> depth_offset_s) {
   std::optional<dynfilter::MaskFolderSegmenter> people;
   if (const auto masks = sequence.masks_folder()) people.emplace(*masks);
 
-  const dynfilter::CameraParameters& c = sequence.camera();
-  const dynfilter::PinholeCamera camera{c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3};
-  dynfilter::MotionFilter filter(camera);  // one for each camera, and every frame of it in order
+  dynfilter::MotionFilter filter(sequence.camera());  // one for each camera, every frame in order
   dynfilter::FeatureLabels labels;
   dynfilter::Workspace workspace;
   const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);

@@ -7,6 +7,7 @@
 #ifndef DYNFILTER_DYNFILTER_HPP
 #define DYNFILTER_DYNFILTER_HPP
 
+#include "dynfilter/camera.hpp"
 #include "dynfilter/depth_compensator.hpp"
 #include "dynfilter/depth_lbp.hpp"
 #include "dynfilter/detection_mask.hpp"

@@ -7,6 +7,7 @@
 
 #include <string>
 
+#include "dynfilter/camera.hpp"
 #include "io/yaml_file.hpp"
 
 namespace dynfilter::detail {
@@ -22,12 +23,10 @@ inline std::string depth_factor_key(const YamlFile& file) {
                                                                         : "DepthMapFactor";
 }
 
-/// Reads fx, fy, cx, cy, k1, k2, p1, p2 and k3, which must be the first members of the camera; 0
-/// for keys that are missing. Images that are rectified have no distortion: ORB-SLAM3 does not read
-/// it. Throws std::runtime_error that names the key for a camera that is no pinhole with these five
-/// coefficients.
-template <class Camera>
-Camera read_pinhole(const YamlFile& file) {
+/// Reads fx, fy, cx, cy, k1, k2, p1, p2 and k3; 0 for keys that are missing. Images that are
+/// rectified have no distortion: ORB-SLAM3 does not read it. Throws std::runtime_error that names
+/// the key for a camera that is no pinhole with these five coefficients.
+inline Camera read_lens(const YamlFile& file) {
   const std::string prefix = camera_prefix(file);
   const std::string type = file.text("Camera.type").value_or("");
   if (type != "" && type != "PinHole" && type != "Rectified") {

@@ -99,8 +99,8 @@ void observe(const MotionContext& context, std::size_t baseline, const RelativeP
     const cv::Point2f from_raw = cv::Point2f(feature.pixel) - feature.raw;
     PatchTrack track;
     if (!search(context, i, baseline, *place + from_raw, top_level, track)) continue;
-    observations.push_back(
-        {feature.ray * depth_m, context.camera.ideal(track.position - from_raw)});
+    const auto then = context.camera.undistort(track.position - from_raw);
+    if (then) observations.push_back({feature.ray * depth_m, *then});
   }
 }
 
@@ -265,8 +265,8 @@ void refine_pose(const MotionContext& context, std::size_t baseline) {
     const bool tells_motion =
         track.is_found && feature.pose_depth_m > 0 && feature.suspicion <= Suspicion::standing;
     if (!tells_motion) continue;
-    observations.push_back(
-        {feature.ray * double{feature.pose_depth_m}, context.camera.ideal(track.position)});
+    const auto then = context.camera.undistort(track.position);
+    if (then) observations.push_back({feature.ray * double{feature.pose_depth_m}, *then});
   }
   if (observations.size() < RelativePoseEstimator::min_observations) return;
   refine_by(context, observations, over);

@@ -45,7 +45,9 @@ void read_place(const MotionContext& context, std::size_t i, FeatureMotion& feat
   const FrameView& frame = context.input.frame;
   feature.raw = context.input.features[i];
   feature.pixel = context.input.features.pixel(i);
-  feature.ray = context.camera.point(context.camera.ideal(feature.raw), 1);
+  if (const auto ideal = context.camera.undistort(feature.raw)) {
+    feature.ray = context.camera.point(*ideal, 1);
+  }
   feature.corner = static_cast<std::uint32_t>(i);
   feature.depth_m = static_cast<float>(frame.depth_m(feature.pixel).value_or(0));
   feature.pose_depth_m = feature.depth_m;
@@ -76,14 +78,14 @@ void share_corners(const MotionContext& context) {
     return std::make_tuple(feature.pixel.y, feature.pixel.x, feature.raw.y, feature.raw.x);
   };
   for (std::size_t i = 0; i < features.size(); ++i) {
-    if (!image.contains(features[i].pixel)) continue;
+    if (!features[i].has_ray() || !image.contains(features[i].pixel)) continue;
     std::int32_t& first = cell_of(features[i]);
     if (first < 0 || key(features[i]) < key(features[static_cast<std::size_t>(first)])) {
       first = static_cast<std::int32_t>(i);
     }
   }
   for (FeatureMotion& feature : features) {
-    if (!image.contains(feature.pixel)) continue;
+    if (!feature.has_ray() || !image.contains(feature.pixel)) continue;
     const auto first = static_cast<std::uint32_t>(cell_of(feature));
     if (!features[first].is_apart(feature)) feature.corner = first;
   }

@@ -41,7 +41,7 @@ struct LinearResidual {
 
 /// Returns the residual of an observation around a pose.
 inline LinearResidual linearised(const PoseObservation& observation, const RelativePose& pose,
-                                 const PinholeCamera& camera, Freedom freedom) {
+                                 const Camera& camera, Freedom freedom) {
   const cv::Point3d p = pose * observation.point_now_m;
   if (!(p.z > 0)) return {far_away_px, far_away_px, {}, {}};  // fits no pose near this one
   const double iz = 1 / p.z, x = p.x * iz, y = p.y * iz;

@@ -53,7 +53,8 @@ float contrast_of(const MotionContext& context, const FeatureMotion& feature) {
 /// Measures a feature's shift over a baseline, at the depth of its interval that explains most.
 void measure_shift(const MotionContext& context, std::size_t baseline, FeatureMotion& feature) {
   const Baseline& over = context.scratch.over[baseline];
-  const cv::Point2d then = context.camera.ideal(feature.tracks[baseline].position);
+  const auto then = context.camera.undistort(feature.tracks[baseline].position);
+  if (!then) return;
   const double speed_px = feature.depth_m > 0 ? context.shift_px(context.options.min_speed_m_s,
                                                                  baseline, double{feature.depth_m})
                                               : 0;
@@ -64,7 +65,7 @@ void measure_shift(const MotionContext& context, std::size_t baseline, FeatureMo
     if (const auto at =
             context.camera.project(over.pose * (feature.ray * double{feature.pose_depth_m}))) {
       place = *at;
-      distance_px = cv::norm(then - place);
+      distance_px = cv::norm(*then - place);
     }
   }
   if (!(distance_px <= max_sure_ratio * allowed_px)) {
@@ -75,7 +76,7 @@ void measure_shift(const MotionContext& context, std::size_t baseline, FeatureMo
     }
   }
   if (!std::isfinite(distance_px)) return;
-  const cv::Point2d shift = then - place;
+  const cv::Point2d shift = *then - place;
   feature.is_tracked[baseline] = true;
   feature.shift_px[baseline] = {static_cast<float>(shift.x), static_cast<float>(shift.y)};
   const auto ratio = static_cast<float>(distance_px / allowed_px);

@@ -54,7 +54,7 @@ struct PatchTrack {
 struct FeatureMotion {
   cv::Point2f raw;
   cv::Point pixel;
-  cv::Point3d ray;                        // its point at depth 1
+  cv::Point3d ray;                        // its point at depth 1; (0, 0, 0): the lens has none
   float depth_m = 0;                      // at its pixel; 0 = unknown
   float pose_depth_m = 0;                 // by which it tells the camera's motion; 0 = unknown
   float place_depth_m = 0;                // by which its static place is predicted
@@ -77,6 +77,7 @@ struct FeatureMotion {
   bool is_moving = false;
   bool is_given_back = false;
 
+  bool has_ray() const { return ray.z > 0; }
   bool was_tracked() const { return is_tracked[short_baseline] || is_tracked[long_baseline]; }
   bool is_candidate() const { return evidence >= Evidence::candidate; }
 
@@ -110,7 +111,7 @@ struct MotionScratch {
 /// What all steps work on.
 struct MotionContext {
   const FilterInput& input;
-  const PinholeCamera& camera;
+  const Camera& camera;
   const MotionJudgeOptions& options;
   const RelativePoseEstimator& estimator;
   bool has_masks;
@@ -127,13 +128,15 @@ struct MotionContext {
     return speed_m_s * scratch.over[baseline].duration_s * camera.fx / depth_m;
   }
 
-  /// Returns where a static feature at a depth was under a pose, a raw pixel; none if it was behind
-  /// the camera.
+  /// Returns where a static feature at a depth was under a pose, a raw pixel; nothing if the camera
+  /// did not see it there.
   std::optional<cv::Point2f> static_place(const FeatureMotion& feature, const RelativePose& pose,
                                           double depth_m) const {
-    const auto place = camera.project(pose * (feature.ray * depth_m));
-    if (!place) return {};
-    return cv::Point2f(camera.raw(*place));
+    if (!feature.has_ray()) return {};
+    const auto ideal = camera.project(pose * (feature.ray * depth_m));
+    const auto raw = ideal ? camera.distort(*ideal) : ideal;
+    if (!raw) return {};
+    return cv::Point2f(*raw);
   }
 
   /// Returns the depths that a feature may have.
@@ -148,7 +151,9 @@ struct MotionContext {
                                          cv::Point2f then) const {
     const cv::Point2d now(feature.ray.x * camera.fx + camera.cx,
                           feature.ray.y * camera.fy + camera.cy);
-    return motion_residual(camera, pose, now, camera.ideal(then), interval_of(feature));
+    const auto ideal_then = camera.undistort(then);
+    if (!ideal_then) return {};
+    return motion_residual(camera, pose, now, *ideal_then, interval_of(feature));
   }
 };
 

@@ -139,7 +139,7 @@ MotionOutcome judge(const MotionContext& context, FeatureLabels& labels) {
 
 }  // namespace
 
-MotionJudge::MotionJudge(const PinholeCamera& camera, const MotionJudgeOptions& options)
+MotionJudge::MotionJudge(const Camera& camera, const MotionJudgeOptions& options)
     : camera_(camera),
       options_(options),
       pose_estimator_(camera),

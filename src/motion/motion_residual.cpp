@@ -119,7 +119,7 @@ DepthInterval depth_interval(const FrameView& frame, cv::Point pixel) {
 namespace {
 
 /// Returns the residual of an interval without a gap.
-std::optional<MotionResidual> segment_residual(const PinholeCamera& camera,
+std::optional<MotionResidual> segment_residual(const Camera& camera,
                                                const RelativePose& then_from_now, cv::Point2d now,
                                                cv::Point2d then, const DepthInterval& depth) {
   const cv::Point3d ray = camera.point(now, 1);
@@ -160,7 +160,7 @@ double interval_residual_m(const RelativePose& then_from_now, const cv::Point3d&
 
 }  // namespace
 
-std::optional<MotionResidual> motion_residual(const PinholeCamera& camera,
+std::optional<MotionResidual> motion_residual(const Camera& camera,
                                               const RelativePose& then_from_now, cv::Point2d now,
                                               cv::Point2d then, const DepthInterval& depth) {
   std::optional<MotionResidual> least;

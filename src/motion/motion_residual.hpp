@@ -8,8 +8,8 @@
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/camera.hpp"
 #include "dynfilter/frame.hpp"
-#include "dynfilter/motion/pinhole_camera.hpp"
 #include "dynfilter/motion/relative_pose.hpp"
 
 namespace dynfilter::detail {
@@ -49,7 +49,7 @@ struct MotionResidual {
 /// line, or on one of two if the interval has a gap; the residual is the distance to the nearest,
 /// in ideal pixels of the earlier frame. `now` and `then` are ideal pixels of the two frames. None
 /// if no depth of the interval was in front of the camera then. Pure; O(1).
-std::optional<MotionResidual> motion_residual(const PinholeCamera& camera,
+std::optional<MotionResidual> motion_residual(const Camera& camera,
                                               const RelativePose& then_from_now, cv::Point2d now,
                                               cv::Point2d then, const DepthInterval& depth);
 

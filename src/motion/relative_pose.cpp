@@ -129,7 +129,7 @@ double median_of_normal(double share, double below) {
 
 /// Residuals of the observations under a pose. The first of them are the sample.
 struct Fit {
-  const PinholeCamera& camera;
+  const Camera& camera;
   Deciding deciding;
   Freedom freedom;
   PoseScratch& scratch;
@@ -266,7 +266,7 @@ void check(const std::vector<PoseObservation>& observations, const char* caller)
 
 RelativePoseEstimate estimated(const std::vector<PoseObservation>& observations,
                                const RelativePose& start, const std::optional<PosePrior>& prior,
-                               const PinholeCamera& camera, Freedom freedom, PoseScratch& scratch) {
+                               const Camera& camera, Freedom freedom, PoseScratch& scratch) {
   const char* const caller = freedom == Freedom::turns ? "RelativePoseEstimator::estimate_turn"
                                                        : "RelativePoseEstimator::estimate";
   check(observations, caller);
@@ -306,7 +306,7 @@ RelativePoseEstimate estimated(const std::vector<PoseObservation>& observations,
 
 }  // namespace
 
-RelativePoseEstimator::RelativePoseEstimator(const PinholeCamera& camera) : camera_(camera) {
+RelativePoseEstimator::RelativePoseEstimator(const Camera& camera) : camera_(camera) {
   validate(camera, "RelativePoseEstimator");
 }
 

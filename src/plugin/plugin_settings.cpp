@@ -124,10 +124,10 @@ double resizing(const SettingsFile& file, const std::string& side, const std::st
 
 /// Reads the camera from the host's own keys. ORB-SLAM3 keeps the camera of the images before it
 /// resizes them.
-PinholeCamera read_camera(const SettingsFile& file) {
+Camera read_camera(const SettingsFile& file) {
   const YamlFile& host = file.host();
   const std::string prefix = camera_prefix(host);
-  PinholeCamera camera = read_pinhole<PinholeCamera>(host);
+  Camera camera = read_lens(host);
   const bool has_centre = host.has(prefix + "cx") && host.has(prefix + "cy");
   if (!(camera.fx > 0 && camera.fy > 0 && has_centre)) {
     file.refuse("motion",

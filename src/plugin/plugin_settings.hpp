@@ -9,7 +9,7 @@
 
 #include "dynfilter/dynamic_filter.hpp"
 #ifdef DYNFILTER_HAS_MOTION
-#include "dynfilter/motion/pinhole_camera.hpp"
+#include "dynfilter/camera.hpp"
 #endif
 #include "dynfilter/segmenters/async_segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
@@ -37,7 +37,7 @@ struct PluginSettings {
   StereoDepthsOptions stereo;
   DynamicFilterOptions filter;
 #ifdef DYNFILTER_HAS_MOTION
-  std::optional<PinholeCamera> motion_camera;  ///< the host's; none: without motion evidence
+  std::optional<Camera> motion_camera;  ///< the host's; none: without motion evidence
 #endif
   std::string output_folder;         ///< for frames.csv and overlays; empty: none
   int overlay_every = 0;             ///< draw every n-th frame; 0: none

@@ -21,7 +21,6 @@ REPLACEMENTS = [
     (r"\bdynfilter\.", ""),
     (r"numpy\.ndarray\[[\w.]+\]", "numpy.ndarray"),
     (r"\[int\[\d+\]\]", "[int]"),  # an array of fixed length
-    (r"camera: PinholeCamera", "camera: Union[PinholeCamera, CameraParameters]"),
     (r"-> (Optional\[)?os\.PathLike", r"-> \1pathlib.Path"),
     (r"(?<=[ \[])os\.PathLike", "Union[str, os.PathLike]"),
     # Python iterates by such a member; checkers want the other one.

@@ -47,7 +47,7 @@ inline std::size_t index_of(py::ssize_t i, std::size_t count, const char* what) 
 
 /// Binds fields of a struct, which can be read, copied and pickled; the class has no constructor
 /// unless one is added.
-template <class Value>
+template <class Value, class... Bases>
 class ValueClass {
  public:
   ValueClass(py::module_& module, const char* name, const char* doc)
@@ -92,7 +92,7 @@ class ValueClass {
   }
 
   /// The class, to add more to it.
-  py::class_<Value>& bound() { return class_; }
+  py::class_<Value, Bases...>& bound() { return class_; }
 
  private:
   /// Remembers a field that is bound.
@@ -116,24 +116,8 @@ class ValueClass {
     std::vector<std::string> printed;
   };
 
-  py::class_<Value> class_;
+  py::class_<Value, Bases...> class_;
   std::shared_ptr<Fields> fields_;
 };
-
-/// Adds the fields of a pinhole camera with OpenCV's radial-tangential distortion.
-template <class Camera>
-void add_camera_fields(ValueClass<Camera>& bound) {
-  bound.field("fx", &Camera::fx, "focal length in x, pixels")
-      .field("fy", &Camera::fy, "focal length in y, pixels")
-      .field("cx", &Camera::cx, "principal point's x, pixels")
-      .field("cy", &Camera::cy, "principal point's y, pixels");
-  const std::pair<const char*, double Camera::*> coefficients[] = {{"k1", &Camera::k1},
-                                                                   {"k2", &Camera::k2},
-                                                                   {"p1", &Camera::p1},
-                                                                   {"p2", &Camera::p2},
-                                                                   {"k3", &Camera::k3}};
-  for (const auto& [name, member] : coefficients)
-    bound.field(name, member, "distortion coefficient");
-}
 
 }  // namespace dynfilter::python

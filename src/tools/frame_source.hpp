@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "dynfilter/evaluation/camera.hpp"
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
+#include "dynfilter/evaluation/sequence_camera.hpp"
 #include "dynfilter/evaluation/trajectory.hpp"
 #include "dynfilter/frame.hpp"
 #include "dynfilter/segmentation.hpp"
@@ -51,7 +51,7 @@ inline const std::optional<Segmentation>& dynamic_masks(const SourceFrame& frame
 /// What is known of a source before any frame is read.
 struct SourceFacts {
   std::size_t frames = 0;
-  CameraParameters camera;
+  SequenceCamera camera;
   bool has_depth = true;
   double depth_offset_s = 0;  ///< by which depth was paired; 0: as stamped
   bool has_true_masks = true;

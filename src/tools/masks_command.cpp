@@ -157,8 +157,8 @@ std::unique_ptr<Segmenter> make_source(const MasksOptions& options, const RgbdSe
 /// Leaves out the objects that stand still, by the motion of ORB features.
 class StillObjects {
  public:
-  StillObjects(const CameraParameters& c, const MaskCullerOptions& mask_culler)
-      : filter_({c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3}, options_of(mask_culler)) {}
+  StillObjects(const Camera& camera, const MaskCullerOptions& mask_culler)
+      : filter_(camera, options_of(mask_culler)) {}
 
   /// Takes every frame, in order.
   void leave_out(const FrameView& frame, Segmentation& masks) {

@@ -19,7 +19,7 @@ namespace {
 /// What the stage of a rule is made of.
 struct Parts {
   MaskCullerOptions masks;
-  PinholeCamera camera;
+  Camera camera;
 };
 
 template <class Stage>
@@ -133,8 +133,7 @@ AnyStage mask_stage_of(const RuleInfo& rule, const MaskCullerOptions& masks) {
   return rule.takes_masks() ? any_stage(MaskCuller(masks)) : nothing({});
 }
 
-AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, const CameraParameters& c) {
-  const PinholeCamera camera{c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3};
+AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, const Camera& camera) {
   return entry_of(rule.name).make({masks, camera});
 }
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "dynfilter/evaluation/camera.hpp"
+#include "dynfilter/camera.hpp"
 #include "dynfilter/mask_culler.hpp"
 #include "dynfilter/workspace.hpp"
 
@@ -68,7 +68,6 @@ AnyStage mask_stage_of(const RuleInfo& rule, const MaskCullerOptions& masks);
 
 /// Returns the rule's stage after the mask culler, or alone. The camera is for rules that follow
 /// motion. Such a stage remembers the frames that it has seen.
-AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks,
-                  const CameraParameters& camera);
+AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, const Camera& camera);
 
 }  // namespace dynfilter::tools

@@ -14,7 +14,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "dynfilter/evaluation/camera.hpp"
+#include "dynfilter/evaluation/sequence_camera.hpp"
 #include "dynfilter/mask_culler.hpp"
 #include "dynfilter/segmenter.hpp"
 #include "frame_source.hpp"

@@ -21,7 +21,7 @@ class SourceChecks {
  public:
   SourceChecks(const FrameSource& source, const RunSettings& settings, bool moves_masks = false)
       : source_(source), checks_(options_of(settings, moves_masks)) {
-    const CameraParameters camera = source.facts().camera;
+    const SequenceCamera camera = source.facts().camera;
     checks_.note_camera({"", camera.fx, camera.fy, camera.cx, camera.cy});
   }
 

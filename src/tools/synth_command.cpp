@@ -37,7 +37,7 @@ struct SynthOptions {
 
 /// Returns the text of a file for read_camera, which gives back every number exactly. Real numbers
 /// have a decimal point: ORB-SLAM3 takes one without it for an integer and stops.
-std::string camera_text(const CameraParameters& camera) {
+std::string camera_text(const SequenceCamera& camera) {
   std::string text = "%YAML:1.0\n---\n";
   const auto add = [&](const char* key, const auto value) {
     text += std::string(key) + ": " + nlohmann::json(value).dump() + '\n';
@@ -82,7 +82,7 @@ class SequenceFiles {
               '\n';
   }
 
-  void write_lists(const CameraParameters& camera) const {
+  void write_lists(const SequenceCamera& camera) const {
     detail::write_file(folder_ / "camera.yaml", camera_text(camera));
     detail::write_file(folder_ / "rgb.txt", images_);
     detail::write_file(folder_ / "depth.txt", depths_);

@@ -50,7 +50,7 @@ expect_consumer(dynfilter-segmenters ${source} core imgproc imgcodecs video)
 write_source(source motion dynfilter/motion/motion_filter.hpp
              "dynfilter::MotionFilter filter({500, 500, 32, 24});")
 expect_consumer(dynfilter-motion ${source} core imgproc)
-write_source(source evaluation dynfilter/evaluation/camera.hpp
+write_source(source evaluation dynfilter/evaluation/sequence_camera.hpp
              "try { dynfilter::read_camera(\"none\"); } catch (const std::exception&) {}")
 expect_consumer(dynfilter-evaluation ${source} core imgproc imgcodecs)
 if(EXISTS ${pc_folder}/dynfilter-networks.pc)

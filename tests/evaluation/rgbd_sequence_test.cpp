@@ -115,7 +115,7 @@ TEST(RgbdSequence, PrintsATemplateForAMissingCameraFile) {
   folder.write("other.yaml", message.substr(message.find("%YAML")));
   RgbdSequenceOptions options;
   options.camera_file = folder / "other.yaml";
-  const CameraParameters camera = RgbdSequence(folder.path(), options).camera();
+  const SequenceCamera camera = RgbdSequence(folder.path(), options).camera();
   EXPECT_EQ(camera.fx, 535.4);
   EXPECT_EQ(camera.fy, 539.2);
   EXPECT_EQ(camera.cx, 320.1);

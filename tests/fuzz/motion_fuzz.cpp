@@ -69,8 +69,8 @@ Shot shot_of(ByteSource& source, double timestamp_s, int shift, int step) {
   return shot;
 }
 
-const PinholeCamera& camera() {
-  static const PinholeCamera made{60, 60, 32, 24};
+const Camera& camera() {
+  static const Camera made{60, 60, 32, 24};
   return made;
 }
 

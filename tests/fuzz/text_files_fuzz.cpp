@@ -15,8 +15,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "dynfilter/detail/number_text.hpp"
-#include "dynfilter/evaluation/camera.hpp"
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
+#include "dynfilter/evaluation/sequence_camera.hpp"
 #include "dynfilter/evaluation/trajectory.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "fuzz/report.hpp"
@@ -51,7 +51,7 @@ std::string check_trajectory(const std::string& text) {
 }
 
 std::string check_camera(const std::string& text) {
-  const CameraParameters read = read_camera(folder().write("camera.yaml", text));
+  const SequenceCamera read = read_camera(folder().write("camera.yaml", text));
   if (!(read.fx > 0 && read.fy > 0 && std::isfinite(read.fx) && std::isfinite(read.fy))) {
     return "a focal length that is none";
   }

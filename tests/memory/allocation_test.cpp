@@ -330,8 +330,7 @@ TEST(Allocations, OfTheMotionJudgeAreThoseOfOpenCv) {
   SyntheticSceneOptions options = scene_level("medium", 12);
   options.image_size = {480, 360};
   const SyntheticScene scene(options);
-  const CameraParameters c = scene.camera();
-  MotionJudge judge({c.fx, c.fy, c.cx, c.cy});
+  MotionJudge judge(scene.camera());
   const Pipeline<MaskCuller, Compensator> filter{MaskCuller(), Compensator()};
   Workspace workspace;
   FeatureLabels labels;

@@ -50,8 +50,7 @@ TEST(FeatureMotion, IsApartOnlyByKnownDepths) {
 /// Her body stands still, her arms do not.
 TEST(MotionJudge, GivesBackNoArmsOfAPersonWhoWorks) {
   const SyntheticScene scene(scene_level("working", 11));
-  const CameraParameters c = scene.camera();
-  MotionFilter filter({c.fx, c.fy, c.cx, c.cy});
+  MotionFilter filter(scene.camera());
   FeatureLabels labels;
   Workspace workspace;
   std::size_t moving = 0, kept = 0, still = 0;
@@ -344,9 +343,9 @@ TEST(MotionJudge, RefusesNonsense) {
   options = {};
   options.max_gap_s = std::nan("");
   expect_error<Bad>([&] { MotionJudge(camera(), options); }, "max_gap_s = nan");
-  expect_error<Bad>([&] { (void)MotionJudge{PinholeCamera()}; }, "fx = 0");
-  expect_error<Bad>([&] { (void)MotionJudge{PinholeCamera{5, 0, 1, 1}}; }, "fy = 0");
-  expect_error<Bad>([&] { (void)MotionJudge{PinholeCamera{0, 5, 1, 1}}; }, "fx = 0");
+  expect_error<Bad>([&] { (void)MotionJudge{Camera()}; }, "fx = 0");
+  expect_error<Bad>([&] { (void)MotionJudge{Camera{5, 0, 1, 1}}; }, "fy = 0");
+  expect_error<Bad>([&] { (void)MotionJudge{Camera{0, 5, 1, 1}}; }, "fx = 0");
   MotionJudge state(camera());
   PosePrior prior;
   prior.pose.rotation(1, 1) = std::nan("");

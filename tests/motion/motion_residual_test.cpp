@@ -11,7 +11,7 @@ namespace dynfilter::detail {
 namespace {
 
 constexpr double unlimited_m = std::numeric_limits<double>::infinity();
-const PinholeCamera tum_camera{535, 539, 320, 247};
+const Camera tum_camera{535, 539, 320, 247};
 
 RelativePose pose_of(const cv::Vec3d& turn, const cv::Vec3d& translation) {
   RelativePose pose;

@@ -3,7 +3,7 @@
 
 #include "dynfilter/motion/relative_pose.hpp"
 
-#include "dynfilter/motion/pinhole_camera.hpp"
+#include "dynfilter/camera.hpp"
 #include "lab/scenes/scene_levels.hpp"
 #include "motion/rotation.hpp"
 #include "support/test.hpp"
@@ -11,7 +11,7 @@
 namespace dynfilter::testing {
 namespace {
 
-PinholeCamera without_distortion(const CameraParameters& c) { return {c.fx, c.fy, c.cx, c.cy}; }
+Camera without_distortion(const SequenceCamera& c) { return {c.fx, c.fy, c.cx, c.cy}; }
 
 /// Returns then_from_now of two poses of the camera in the world.
 RelativePose motion_between(const CameraPose& now, const CameraPose& then) {
@@ -28,7 +28,7 @@ double rotation_between(const RelativePose& a, const RelativePose& b) {
 /// Observations of a rendered static room, exact but for noise, and of a mover that has a share of
 /// the features and shifts by `mover_m` between the frames.
 struct Case {
-  PinholeCamera camera;
+  Camera camera;
   RelativePose truth;
   std::vector<PoseObservation> observations;
 };
@@ -99,7 +99,7 @@ TEST(RelativePose, ResistsAnUnmaskedMoverWithAQuarterOfTheFeatures) {
 
 /// Observations of a camera that stands: of twenty, so many are static, six are on a mover, and the
 /// tracks of the others lead anywhere.
-std::vector<PoseObservation> few_static_ones(const PinholeCamera& lens, int static_ones,
+std::vector<PoseObservation> few_static_ones(const Camera& lens, int static_ones,
                                              std::uint64_t seed) {
   std::vector<PoseObservation> observations;
   cv::RNG random(seed);
@@ -119,7 +119,7 @@ std::vector<PoseObservation> few_static_ones(const PinholeCamera& lens, int stat
 }
 
 TEST(RelativePose, NeedsNoMajorityOfStaticFeatures) {
-  const PinholeCamera lens{535, 539, 320, 248};
+  const Camera lens{535, 539, 320, 248};
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     const auto observations = few_static_ones(lens, 8, seed);
     Workspace workspace;
@@ -130,7 +130,7 @@ TEST(RelativePose, NeedsNoMajorityOfStaticFeatures) {
 }
 
 TEST(RelativePose, IsNotTrustedWhereLessThanHalfAgree) {
-  const PinholeCamera lens{535, 539, 320, 248};
+  const Camera lens{535, 539, 320, 248};
   const RelativePoseEstimator estimator(lens);
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Workspace workspace;
@@ -249,8 +249,8 @@ TEST(RelativePose, ComposesMotions) {
 
 TEST(RelativePose, RefusesNonsense) {
   using Bad = std::invalid_argument;
-  const PinholeCamera lens{500, 500, 320, 240};
-  expect_error<Bad>([] { RelativePoseEstimator{PinholeCamera()}; }, "fx = 0");
+  const Camera lens{500, 500, 320, 240};
+  expect_error<Bad>([] { RelativePoseEstimator{Camera()}; }, "fx = 0");
   const RelativePoseEstimator estimator(lens);
   Workspace workspace;
   std::vector<PoseObservation> observations = {{{0, 0, -1}, {}}};
@@ -263,77 +263,6 @@ TEST(RelativePose, RefusesNonsense) {
   prior = {};
   prior.max_rotation_rad = 0;
   expect_error<Bad>([&] { estimator.estimate({}, {}, prior, workspace); }, "limits above 0");
-}
-
-// --- The camera ----------------------------------------------------------------------------------
-
-/// Returns the camera of TUM's sequences fr1, whose lens distorts strongly.
-PinholeCamera distorting_camera() {
-  return {517.3, 516.5, 318.6, 255.3, 0.2624, -0.9531, -0.0054, 0.0026, 1.1633};
-}
-
-TEST(PinholeCamera, RawAndIdealPixelsAreInverse) {
-  const PinholeCamera camera = distorting_camera();
-  double largest_shift = 0;
-  for (float y = 0; y < 480; y += 7) {
-    for (float x = 0; x < 640; x += 7) {
-      const cv::Point2f raw(x, y);
-      const cv::Point2d back = camera.raw(camera.ideal(raw));
-      EXPECT_LT(cv::norm(back - cv::Point2d(raw)), 1e-3) << raw;
-      largest_shift = std::max(largest_shift, cv::norm(camera.ideal(raw) - cv::Point2d(raw)));
-    }
-  }
-  EXPECT_GT(largest_shift, 5);  // the lens does something
-}
-
-TEST(PinholeCamera, WithoutDistortionChangesNoPixel) {
-  const PinholeCamera camera{517.3, 516.5, 318.6, 255.3};
-  for (float x = 0; x < 64; x += 0.73F) {
-    const cv::Point2f pixel(x, 0.7F * x);
-    EXPECT_EQ(camera.ideal(pixel), cv::Point2d(pixel));
-    EXPECT_EQ(camera.raw(cv::Point2d(pixel)), cv::Point2d(pixel));
-  }
-}
-
-TEST(PinholeCamera, DistortsAsOpenCvDefinesIt) {
-  // x = y = 0.5 with k1 alone: the factor is 1 + k1 * 0.5.
-  const PinholeCamera camera{100, 200, 10, 20, 0.1};
-  const cv::Point2d raw = camera.raw({60, 120});
-  EXPECT_NEAR(raw.x, 10 + 100 * 0.5 * 1.05, 1e-12);
-  EXPECT_NEAR(raw.y, 20 + 200 * 0.5 * 1.05, 1e-12);
-  // p1 alone: x grows by 2 p1 xy, y by p1 (r^2 + 2 y^2).
-  const cv::Point2d tangential = PinholeCamera{100, 200, 10, 20, 0, 0, 0.1}.raw({60, 120});
-  EXPECT_NEAR(tangential.x, 10 + 100 * (0.5 + 0.2 * 0.25), 1e-12);
-  EXPECT_NEAR(tangential.y, 20 + 200 * (0.5 + 0.1 * (0.5 + 0.5)), 1e-12);
-}
-
-TEST(PinholeCamera, EachCoefficientAloneDistorts) {
-  for (double PinholeCamera::*const coefficient :
-       {&PinholeCamera::k1, &PinholeCamera::k2, &PinholeCamera::p1, &PinholeCamera::p2,
-        &PinholeCamera::k3}) {
-    PinholeCamera camera{100, 100, 0, 0};
-    camera.*coefficient = 0.1;
-    const cv::Point2d raw = camera.raw({60, 70});
-    EXPECT_GT(cv::norm(raw - cv::Point2d(60, 70)), 1);
-    EXPECT_LT(cv::norm(camera.ideal(raw) - cv::Point2d(60, 70)), 0.5);
-  }
-}
-
-TEST(PinholeCamera, ProjectsItsOwnPoints) {
-  const PinholeCamera camera{500, 510, 320, 240};
-  const cv::Point3d point = camera.point({100, 50}, 2);
-  EXPECT_EQ(point.z, 2);
-  EXPECT_LT(cv::norm(*camera.project(point) - cv::Point2d(100, 50)), 1e-12);
-  EXPECT_FALSE(camera.project({0, 0, 0}));
-  EXPECT_FALSE(camera.project({0, 0, -1}));
-}
-
-TEST(PinholeCamera, RefusesNonsense) {
-  PinholeCamera camera{500, 500, 320, 240};
-  camera.k2 = std::numeric_limits<double>::quiet_NaN();
-  expect_error<std::invalid_argument>([&] { validate(camera, "Some"); }, "k2 = nan");
-  expect_error<std::invalid_argument>([] { validate(PinholeCamera(), "Some"); },
-                                      "dynfilter::Some: got fx = 0");
 }
 
 }  // namespace

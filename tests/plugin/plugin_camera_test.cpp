@@ -10,7 +10,7 @@
 namespace dynfilter::detail {
 namespace {
 
-PinholeCamera read(const std::string& lines) {
+Camera read(const std::string& lines) {
   const testing::TemporaryFolder folder;
   const auto file = folder.write("host.yaml",
                                  "%YAML:1.0\n---\nDepthMapFactor: 5000\n"
@@ -23,7 +23,7 @@ constexpr const char* orb_slam3 =
     "Camera1.fx: 500\nCamera1.fy: 510\nCamera1.cx: 320\nCamera1.cy: 240\nCamera1.k1: 0.125\n";
 
 TEST(PluginCamera, IsThatOfEitherHost) {
-  const PinholeCamera camera =
+  const Camera camera =
       read("Camera.fx: 500\nCamera.fy: 510\nCamera.cx: 0\nCamera.cy: 240\nCamera.p2: -0.5\n");
   EXPECT_EQ(camera.fx, 500);
   EXPECT_EQ(camera.fy, 510);
@@ -37,7 +37,7 @@ TEST(PluginCamera, IsThatOfEitherHost) {
 TEST(PluginCamera, IsWithoutDistortionForRectifiedImages) {
   const std::string given = orb_slam3 + std::string("Camera.type: ");
   EXPECT_EQ(read(given + "\"PinHole\"\n").k1, 0.125);
-  const PinholeCamera rectified = read(given + "\"Rectified\"\n");
+  const Camera rectified = read(given + "\"Rectified\"\n");
   EXPECT_EQ(rectified.k1, 0);
   EXPECT_EQ(rectified.fy, 510);
 }
@@ -46,7 +46,7 @@ TEST(PluginCamera, IsThatOfTheImagesThatOrbSlam3Resized) {
   const std::string given = orb_slam3 + std::string("Camera.width: 640\nCamera.height: 480\n");
   EXPECT_EQ(read(given).fx, 500);
   EXPECT_EQ(read(given).cy, 240);
-  const PinholeCamera resized = read(given + "Camera.newWidth: 320\nCamera.newHeight: 360\n");
+  const Camera resized = read(given + "Camera.newWidth: 320\nCamera.newHeight: 360\n");
   EXPECT_EQ(resized.fx, 250);
   EXPECT_EQ(resized.cx, 160);
   EXPECT_EQ(resized.fy, 382.5);

@@ -72,8 +72,7 @@ TEST_F(PluginMotion, DoesWhatTheFilterDoes) {
   writer.finish();
   Plugin with(settings(camera_keys));
   Plugin without(settings(std::string("dynfilter.motion: 0\n") + camera_keys));
-  const CameraParameters c = scene.camera();
-  MotionFilter filter({c.fx, c.fy, c.cx, c.cy});
+  MotionFilter filter(scene.camera());
   FeatureLabels labels;
   Workspace workspace;
   std::size_t given_back = 0;

@@ -67,7 +67,7 @@ def test_static_mask_is_culled_as_no_instance():
 
 
 def test_masks_in_place_of_a_segmentation_are_told_what_is_wanted(scene):
-    camera = dynfilter.PinholeCamera(fx=500, fy=500, cx=80, cy=60)
+    camera = dynfilter.Camera(fx=500, fy=500, cx=80, cy=60)
     for filter in (dynfilter.DynamicFilter(), dynfilter.MotionFilter(camera)):
         for wrong in (scene.mask, scene.segmentation().instances, 0):
             with pytest.raises(TypeError, match="want a Segmentation or None; see Segmentation.from"):

@@ -10,7 +10,7 @@ import dynfilter
 
 def camera_of(sequence):
     c = sequence.camera
-    return dynfilter.PinholeCamera(fx=c.fx, fy=c.fy, cx=c.cx, cy=c.cy)
+    return dynfilter.Camera(fx=c.fx, fy=c.fy, cx=c.cx, cy=c.cy)
 
 
 def grid(frame):
@@ -59,9 +59,9 @@ def test_two_filters_share_nothing(rendered):
 
 
 def test_misuse():
-    with pytest.raises(ValueError, match="PinholeCamera"):
-        dynfilter.PinholeCamera(fx=0, fy=1, cx=1, cy=1)
-    camera = dynfilter.PinholeCamera(fx=500, fy=500, cx=320, cy=240)
+    with pytest.raises(ValueError, match="Camera"):
+        dynfilter.Camera(fx=0, fy=1, cx=1, cy=1)
+    camera = dynfilter.Camera(fx=500, fy=500, cx=320, cy=240)
     with pytest.raises(TypeError):
         dynfilter.MotionFilter(None)
     with pytest.raises(TypeError):

@@ -21,7 +21,7 @@ def labels_of(scene):
     return dynfilter.DynamicFilter().apply(scene.frame(), scene.segmentation(), scene.points)
 
 
-CAMERA = dynfilter.PinholeCamera(fx=500, fy=510, cx=80, cy=60, k1=0.25)
+CAMERA = dynfilter.Camera(fx=500, fy=510, cx=80, cy=60, k1=0.25)
 
 # Values, which can be copied and pickled, by class.
 VALUES = {
@@ -34,7 +34,7 @@ VALUES = {
     "Instance": lambda scene: scene.segmentation().instances[0],
     "InstanceStatistics": lambda scene: labels_of(scene).statistics.instances[0],
     "MotionStatistics": lambda scene: labels_of(scene).statistics.motion,
-    "PinholeCamera": lambda scene: CAMERA,
+    "Camera": lambda scene: CAMERA,
     "Segmentation": lambda scene: scene.segmentation(),
     "ValueRange": lambda scene: labels_of(scene).statistics.instances[0].depth_range_m,
 }

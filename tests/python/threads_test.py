@@ -38,7 +38,7 @@ def calls(scene, sequence):
     masks = scene.segmentation()
     people = dynfilter.MaskFolderSegmenter(sequence.folder / "masks")
     first = sequence[0]
-    camera = dynfilter.PinholeCamera(fx=150, fy=150, cx=80, cy=60)
+    camera = dynfilter.Camera(fx=150, fy=150, cx=80, cy=60)
     motion = dynfilter.MotionFilter(camera)
     return {
         "filter": lambda: filter.apply(scene.frame(), masks, scene.points),

@@ -61,9 +61,9 @@ inline PosePrior exact_prior(const SyntheticScene& scene, int frame) {
   return prior;
 }
 
-inline PinholeCamera camera() {
-  static const CameraParameters c = SyntheticScene(small_scene(0)).camera();
-  return {c.fx, c.fy, c.cx, c.cy};
+inline const Camera& camera() {
+  static const SequenceCamera made = SyntheticScene(small_scene(0)).camera();
+  return made;
 }
 
 /// Filter with masks and motion of one camera.

@@ -29,7 +29,7 @@ inline SyntheticScene small_scene(int persons, int frames) {
 }
 
 struct Rendered {
-  dynfilter::CameraParameters camera;
+  dynfilter::SequenceCamera camera;
   std::vector<SyntheticFrame> frames;
   dynfilter::Trajectory truth;
 };
@@ -104,16 +104,7 @@ inline bool are_equal(const dynfilter::Trajectory& a, const dynfilter::Trajector
   return true;
 }
 
-inline PinholeCamera test_camera() {
-  PinholeCamera camera;
-  camera.fx = 500;
-  camera.fy = 510;
-  camera.cx = 320;
-  camera.cy = 240;
-  camera.width = 640;
-  camera.height = 480;
-  return camera;
-}
+inline DisparityCamera test_camera() { return {{500, 510, 320, 240}, {640, 480}}; }
 
 inline Pose test_pose() {
   Twist motion;
@@ -130,7 +121,7 @@ inline double draw(std::mt19937_64& random, double low, double high) {
 inline std::vector<PointMatch> exact_matches(const Pose& pose, std::size_t count,
                                              std::size_t outliers) {
   std::mt19937_64 random(3);
-  const PinholeCamera camera = test_camera();
+  const DisparityCamera camera = test_camera();
   std::vector<PointMatch> matches(count);
   for (std::size_t i = 0; i < count; ++i) {
     const Eigen::Vector2d pixel(draw(random, 0, 640), draw(random, 0, 480));

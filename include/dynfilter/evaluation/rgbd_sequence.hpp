@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "dynfilter/evaluation/camera.hpp"
+#include "dynfilter/evaluation/sequence_camera.hpp"
 #include "dynfilter/frame.hpp"
 
 namespace dynfilter {
@@ -26,10 +26,10 @@ struct RgbdSequenceOptions {
   /// Offset of the depth's stamps, seconds: a colour image of time t belongs with the depth image
   /// whose stamp is nearest to t + depth_offset_s. Positive: depth is late, a depth image shows the
   /// scene as it was before its stamp. TUM's is late by about one frame, +0.033 s. (One public
-  /// system writes -0.033 for the same.) Without a value, the camera file's CameraParameters::
+  /// system writes -0.033 for the same.) Without a value, the camera file's SequenceCamera::
   /// depth_offset_s.
   std::optional<double> depth_offset_s = {};
-  /// Whether a missing camera file is an error where there is depth. Without one, CameraParameters
+  /// Whether a missing camera file is an error where there is depth. Without one, SequenceCamera
   /// are all 0 and 16-bit depth has no metres_per_unit.
   bool needs_camera = true;
 };
@@ -85,7 +85,7 @@ class RgbdSequence {
   std::map<std::string, double> times_by_stem() const;
 
   /// Camera of the sequence.
-  const CameraParameters& camera() const { return camera_; }
+  const SequenceCamera& camera() const { return camera_; }
   /// Folder of the sequence.
   const std::filesystem::path& folder() const { return folder_; }
   /// Offset that the frames were paired with, seconds.
@@ -112,7 +112,7 @@ class RgbdSequence {
   bool has_depth_ = false;
   std::vector<RgbdSequenceEntry> entries_;
   std::filesystem::path camera_file_;
-  CameraParameters camera_;
+  SequenceCamera camera_;
   double depth_offset_s_ = 0;
 };
 

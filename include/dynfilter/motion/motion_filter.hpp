@@ -29,7 +29,7 @@ struct MotionFilterOptions {
 class MotionFilter {
  public:
   /// Takes camera and options. Throws std::invalid_argument for what one of the stages refuses.
-  explicit MotionFilter(const PinholeCamera& camera, const MotionFilterOptions& options = {})
+  explicit MotionFilter(const Camera& camera, const MotionFilterOptions& options = {})
       : judge_(std::make_unique<MotionJudge>(camera, motion_of(options))),
         pipeline_(MaskCuller(options.filter.mask_culler), Compensator(options.filter.compensator),
                   Judging{judge_.get()}, FeatureFloor(options.filter.feature_floor)) {}

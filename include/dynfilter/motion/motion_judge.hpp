@@ -9,9 +9,9 @@
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/camera.hpp"
 #include "dynfilter/filter_input.hpp"
 #include "dynfilter/labels.hpp"
-#include "dynfilter/motion/pinhole_camera.hpp"
 #include "dynfilter/motion/relative_pose.hpp"
 #include "dynfilter/workspace.hpp"
 
@@ -66,7 +66,7 @@ struct MotionJudgeOptions {
 class MotionJudge {
  public:
   /// Takes camera and options. Throws std::invalid_argument for values out of range.
-  explicit MotionJudge(const PinholeCamera& camera, const MotionJudgeOptions& options = {});
+  explicit MotionJudge(const Camera& camera, const MotionJudgeOptions& options = {});
   /// Moves the judge; the source may only be destroyed or assigned to.
   MotionJudge(MotionJudge&&) noexcept;
   /// Moves the judge; the source may only be destroyed or assigned to.
@@ -99,7 +99,7 @@ class MotionJudge {
   void reset();
 
  private:
-  PinholeCamera camera_;
+  Camera camera_;
   MotionJudgeOptions options_;
   RelativePoseEstimator pose_estimator_;
   std::unique_ptr<detail::MotionMemory> memory_;

@@ -11,7 +11,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "dynfilter/motion/pinhole_camera.hpp"
+#include "dynfilter/camera.hpp"
 #include "dynfilter/workspace.hpp"
 
 namespace dynfilter {
@@ -89,7 +89,7 @@ class RelativePoseEstimator {
   static constexpr std::size_t min_observations = 20;
 
   /// Takes the camera. Throws std::invalid_argument for values out of range.
-  explicit RelativePoseEstimator(const PinholeCamera& camera);
+  explicit RelativePoseEstimator(const Camera& camera);
 
   /// Returns the pose. `start` is what is expected, such as the last motion; without an idea, the
   /// identity does up to about 0.1 rad and a tenth of the depth. The pose of a `prior` takes the
@@ -110,7 +110,7 @@ class RelativePoseEstimator {
                                      Workspace& workspace) const;
 
  private:
-  PinholeCamera camera_;
+  Camera camera_;
 };
 
 }  // namespace dynfilter

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include <dynfilter/features.hpp>
-#include <opencv2/calib3d.hpp>
 
 #include "orb_extractor.hpp"
 
@@ -18,19 +17,6 @@ namespace odometry {
 namespace {
 
 constexpr double cell_px = 20;
-
-std::vector<cv::Point2f> undistorted(const std::vector<cv::KeyPoint>& keypoints,
-                                     const dynfilter::CameraParameters& p) {
-  std::vector<cv::Point2f> points;
-  cv::KeyPoint::convert(keypoints, points);
-  const bool is_rectified = p.k1 == 0 && p.k2 == 0 && p.p1 == 0 && p.p2 == 0 && p.k3 == 0;
-  if (points.empty() || is_rectified) return points;
-  const cv::Matx33d camera(p.fx, 0, p.cx, 0, p.fy, p.cy, 0, 0, 1);
-  const cv::Matx<double, 1, 5> distortion(p.k1, p.k2, p.p1, p.p2, p.k3);
-  std::vector<cv::Point2f> result;
-  cv::undistortPoints(points, result, camera, distortion, cv::noArray(), camera);
-  return result;
-}
 
 }  // namespace
 
@@ -40,10 +26,10 @@ int hamming_distance(const Descriptor& a, const Descriptor& b) {
   return static_cast<int>(distance);
 }
 
-FrameFeatures::FrameFeatures(std::vector<Feature> features, const PinholeCamera& camera)
+FeatureGrid::FeatureGrid(std::vector<Feature> features, const DisparityCamera& camera)
     : features_(std::move(features)),
-      columns_(static_cast<std::size_t>(camera.width / cell_px) + 1),
-      rows_(static_cast<std::size_t>(camera.height / cell_px) + 1),
+      columns_(static_cast<std::size_t>(camera.image_size.width / cell_px) + 1),
+      rows_(static_cast<std::size_t>(camera.image_size.height / cell_px) + 1),
       cells_(columns_ * rows_) {
   for (std::size_t i = 0; i < features_.size(); ++i) {
     const Eigen::Vector2d& pixel = features_[i].observation.pixel;
@@ -51,16 +37,16 @@ FrameFeatures::FrameFeatures(std::vector<Feature> features, const PinholeCamera&
   }
 }
 
-std::size_t FrameFeatures::column_of(double x) const {
+std::size_t FeatureGrid::column_of(double x) const {
   return static_cast<std::size_t>(std::clamp(x / cell_px, 0.0, static_cast<double>(columns_ - 1)));
 }
 
-std::size_t FrameFeatures::row_of(double y) const {
+std::size_t FeatureGrid::row_of(double y) const {
   return static_cast<std::size_t>(std::clamp(y / cell_px, 0.0, static_cast<double>(rows_ - 1)));
 }
 
-void FrameFeatures::find(const Eigen::Vector2d& pixel, double radius_px,
-                         std::vector<std::size_t>& found) const {
+void FeatureGrid::find(const Eigen::Vector2d& pixel, double radius_px,
+                       std::vector<std::size_t>& found) const {
   if (cells_.empty()) return;
   const std::size_t last_row = row_of(pixel.y() + radius_px);
   const std::size_t last_column = column_of(pixel.x() + radius_px);
@@ -74,12 +60,10 @@ void FrameFeatures::find(const Eigen::Vector2d& pixel, double radius_px,
   }
 }
 
-FrameFeatures make_features(const dynfilter::FrameView& frame,
-                            const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& descriptors,
-                            const dynfilter::CameraParameters& parameters,
-                            const DepthNoise& noise) {
-  const std::vector<cv::Point2f> positions = undistorted(keypoints, parameters);
-  const PinholeCamera camera = pinhole_of(parameters, frame.image.size());
+FeatureGrid make_features(const dynfilter::FrameView& frame,
+                          const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& descriptors,
+                          const dynfilter::Camera& lens, const DepthNoise& noise) {
+  const DisparityCamera camera{lens, frame.image.size()};
   std::vector<Feature> features(keypoints.size());
   for (std::size_t i = 0; i < features.size(); ++i) {
     Feature& feature = features[i];
@@ -88,26 +72,16 @@ FrameFeatures make_features(const dynfilter::FrameView& frame,
     std::memcpy(feature.descriptor.data(), descriptors.ptr(static_cast<int>(i)),
                 sizeof(Descriptor));
     Observation& observation = feature.observation;
-    observation.pixel = {double{positions[i].x}, double{positions[i].y}};
+    const auto ideal = lens.undistort(keypoints[i].pt);
+    // Without an ideal pixel, the feature lies where nothing is searched, and has no depth.
+    observation.pixel = ideal ? Eigen::Vector2d(ideal->x, ideal->y) : Eigen::Vector2d(-1e6, -1e6);
     const double depth_m = frame.depth_m(dynfilter::nearest_pixel(keypoints[i].pt)).value_or(0.0);
-    observation.depth_m = depth_m <= noise.max_depth_m ? depth_m : 0.0;
+    observation.depth_m = ideal && depth_m <= noise.max_depth_m ? depth_m : 0.0;
     observation.sigma_px = octave_scale(feature.octave);
     observation.disparity_sigma_px = noise.disparity_sigma_px;
     feature.point = camera.back_project(observation.pixel, observation.depth_m);
   }
   return {std::move(features), camera};
-}
-
-PinholeCamera pinhole_of(const dynfilter::CameraParameters& parameters,
-                         const cv::Size& image_size) {
-  PinholeCamera camera;
-  camera.fx = parameters.fx;
-  camera.fy = parameters.fy;
-  camera.cx = parameters.cx;
-  camera.cy = parameters.cy;
-  camera.width = image_size.width;
-  camera.height = image_size.height;
-  return camera;
 }
 
 }  // namespace odometry

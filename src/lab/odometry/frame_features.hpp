@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <vector>
 
-#include <dynfilter/evaluation/camera.hpp>
 #include <dynfilter/frame.hpp>
 #include <opencv2/core.hpp>
 
@@ -30,10 +29,10 @@ struct Feature {
 };
 
 /// The features of one frame that the odometry uses, searchable by position.
-class FrameFeatures {
+class FeatureGrid {
  public:
-  FrameFeatures() = default;
-  FrameFeatures(std::vector<Feature> features, const PinholeCamera& camera);
+  FeatureGrid() = default;
+  FeatureGrid(std::vector<Feature> features, const DisparityCamera& camera);
 
   std::size_t size() const { return features_.size(); }
   const Feature& operator[](std::size_t i) const { return features_[i]; }
@@ -54,14 +53,12 @@ class FrameFeatures {
 /// The accuracy of measured depth.
 struct DepthNoise {
   double max_depth_m;         ///< anything farther counts as not measured
-  double disparity_sigma_px;  ///< see PinholeCamera
+  double disparity_sigma_px;  ///< see DisparityCamera
 };
 
 /// Makes the features: reads depth at the raw pixel, then removes the distortion from the position.
-FrameFeatures make_features(const dynfilter::FrameView& frame,
-                            const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& descriptors,
-                            const dynfilter::CameraParameters& parameters, const DepthNoise& noise);
-
-PinholeCamera pinhole_of(const dynfilter::CameraParameters& parameters, const cv::Size& image_size);
+FeatureGrid make_features(const dynfilter::FrameView& frame,
+                          const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& descriptors,
+                          const dynfilter::Camera& lens, const DepthNoise& noise);
 
 }  // namespace odometry

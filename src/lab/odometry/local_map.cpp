@@ -10,7 +10,7 @@ namespace odometry {
 namespace {
 
 /// Returns the features with depth, the nearest first.
-std::vector<std::size_t> by_depth(const FrameFeatures& features) {
+std::vector<std::size_t> by_depth(const FeatureGrid& features) {
   std::vector<std::pair<double, std::size_t>> depths;
   for (std::size_t i = 0; i < features.size(); ++i) {
     const double depth_m = features[i].observation.depth_m;
@@ -24,7 +24,7 @@ std::vector<std::size_t> by_depth(const FrameFeatures& features) {
 
 }  // namespace
 
-KeyframeId LocalMap::add_keyframe(const Pose& pose, const FrameFeatures& features,
+KeyframeId LocalMap::add_keyframe(const Pose& pose, const FeatureGrid& features,
                                   std::vector<PointId> points, double close_depth_m,
                                   std::size_t min_points) {
   const KeyframeId id = keyframes_.size();

@@ -30,7 +30,7 @@ struct MapPoint {
 
 struct Keyframe {
   Pose pose;
-  FrameFeatures features;
+  FeatureGrid features;
   std::vector<PointId> points;  ///< by feature
 };
 
@@ -48,7 +48,7 @@ class LocalMap {
   /// Adds a keyframe from a frame whose features know their matched points. Unmatched features
   /// become new points if their depth is at most `close_depth_m`; farther ones are added until the
   /// keyframe has `min_points` with depth.
-  KeyframeId add_keyframe(const Pose& pose, const FrameFeatures& features,
+  KeyframeId add_keyframe(const Pose& pose, const FeatureGrid& features,
                           std::vector<PointId> points, double close_depth_m,
                           std::size_t min_points);
 
@@ -76,19 +76,19 @@ class LocalMap {
 
 /// A frame between matching and refinement: the map point that each feature is matched to.
 struct Tracking {
-  FrameFeatures features;
+  FeatureGrid features;
   Pose pose;
   std::vector<PointId> points;  ///< one a feature; no_point = none
 };
 
 /// Matches the points that the last frame saw, near their places under the predicted pose. Returns
 /// how many features have a point then.
-std::size_t match_last_frame(const LocalMap& map, const PinholeCamera& camera, const Tracking& last,
-                             double radius_px, Tracking& tracking);
+std::size_t match_last_frame(const LocalMap& map, const DisparityCamera& camera,
+                             const Tracking& last, double radius_px, Tracking& tracking);
 
 /// Matches further points of the local map by projection and counts the points that should be
 /// visible. Features that have a point keep it.
-std::size_t match_local_map(LocalMap& map, const PinholeCamera& camera,
+std::size_t match_local_map(LocalMap& map, const DisparityCamera& camera,
                             const std::vector<PointId>& candidates, double radius_px,
                             Tracking& tracking);
 
@@ -114,12 +114,12 @@ struct Bundle {
 /// Levenberg-Marquardt with Huber's kernel. Eliminates the points first (Schur complement), so that
 /// a step solves for the poses alone. After the first pass, observations that disagree are marked
 /// as outliers and left out of the second pass.
-void adjust_bundle(const PinholeCamera& camera, Bundle& bundle);
+void adjust_bundle(const DisparityCamera& camera, Bundle& bundle);
 
 /// Runs local bundle adjustment: moves the keyframe, the `neighbours` keyframes that share
 /// most points with it, and the points that they see. Other keyframes that see these points anchor
 /// them; if there is none, the oldest one does. Removes observations that disagree from the map.
-void adjust_around(LocalMap& map, const PinholeCamera& camera, KeyframeId keyframe,
+void adjust_around(LocalMap& map, const DisparityCamera& camera, KeyframeId keyframe,
                    std::size_t neighbours);
 
 }  // namespace odometry

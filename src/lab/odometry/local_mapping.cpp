@@ -37,7 +37,7 @@ RobustCost cost_of(const BundleObservation& seen, const Eigen::Vector3d& residua
   return huber(residuals.squaredNorm(), chi2_limit(seen.observation));
 }
 
-double total_cost(const PinholeCamera& camera, const Bundle& bundle) {
+double total_cost(const DisparityCamera& camera, const Bundle& bundle) {
   double total = 0;
   for (const BundleObservation& seen : bundle.observations) {
     if (!seen.is_inlier) continue;
@@ -48,7 +48,7 @@ double total_cost(const PinholeCamera& camera, const Bundle& bundle) {
   return total;
 }
 
-void add_observation(const PinholeCamera& camera, const Bundle& bundle,
+void add_observation(const DisparityCamera& camera, const Bundle& bundle,
                      const BundleObservation& seen, NormalEquations& equations) {
   const Pose& pose = bundle.poses[seen.keyframe];
   const Eigen::Vector3d point = pose * bundle.points[seen.point];
@@ -67,7 +67,7 @@ void add_observation(const PinholeCamera& camera, const Bundle& bundle,
   own.mixed.emplace_back(seen.keyframe, weight * by_pose.transpose() * by_point);
 }
 
-NormalEquations linearise(const PinholeCamera& camera, const Bundle& bundle) {
+NormalEquations linearise(const DisparityCamera& camera, const Bundle& bundle) {
   const auto size = static_cast<Eigen::Index>(6 * bundle.free_poses);
   NormalEquations equations{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size),
                             std::vector<PointEquations>(bundle.points.size())};
@@ -121,7 +121,7 @@ Bundle stepped(const Bundle& bundle, const NormalEquations& equations, double da
   return result;
 }
 
-void levenberg_marquardt(const PinholeCamera& camera, Bundle& bundle, int steps) {
+void levenberg_marquardt(const DisparityCamera& camera, Bundle& bundle, int steps) {
   double damping = 1e-4;
   double cost = total_cost(camera, bundle);
   for (int i = 0; i < steps; ++i) {
@@ -139,7 +139,7 @@ void levenberg_marquardt(const PinholeCamera& camera, Bundle& bundle, int steps)
   }
 }
 
-void mark_outliers(const PinholeCamera& camera, Bundle& bundle) {
+void mark_outliers(const DisparityCamera& camera, Bundle& bundle) {
   for (BundleObservation& seen : bundle.observations) {
     const Eigen::Vector3d point = bundle.poses[seen.keyframe] * bundle.points[seen.point];
     seen.is_inlier =
@@ -219,7 +219,7 @@ std::vector<std::pair<KeyframeId, std::size_t>> outliers_of(const LocalMap& map,
 
 }  // namespace
 
-void adjust_bundle(const PinholeCamera& camera, Bundle& bundle) {
+void adjust_bundle(const DisparityCamera& camera, Bundle& bundle) {
   if (bundle.free_poses == 0 || bundle.observations.empty()) return;
   for (BundleObservation& seen : bundle.observations) {
     const Eigen::Vector3d point = bundle.poses[seen.keyframe] * bundle.points[seen.point];
@@ -231,7 +231,7 @@ void adjust_bundle(const PinholeCamera& camera, Bundle& bundle) {
   mark_outliers(camera, bundle);
 }
 
-void adjust_around(LocalMap& map, const PinholeCamera& camera, KeyframeId keyframe,
+void adjust_around(LocalMap& map, const DisparityCamera& camera, KeyframeId keyframe,
                    std::size_t neighbours) {
   const Selection selection = select(map, keyframe, neighbours);
   Bundle bundle = make_bundle(map, selection);

@@ -83,9 +83,9 @@ std::size_t count_matches(const Tracking& tracking) {
                                                 [](PointId point) { return point != no_point; }));
 }
 
-bool is_in_image(const PinholeCamera& camera, const Eigen::Vector3d& projected) {
-  return projected.x() >= 0 && projected.y() >= 0 && projected.x() < camera.width &&
-         projected.y() < camera.height;
+bool is_in_image(const DisparityCamera& camera, const Eigen::Vector3d& projected) {
+  return projected.x() >= 0 && projected.y() >= 0 && projected.x() < camera.image_size.width &&
+         projected.y() < camera.image_size.height;
 }
 
 /// Returns the octave in which a point has the size that it had when last seen.
@@ -96,7 +96,7 @@ int expected_octave(const MapPoint& point, double distance_m) {
 
 /// Predicts where a point is seen; std::nullopt if it is out of sight, or is seen from a new
 /// direction or distance.
-std::optional<Expectation> expect(const MapPoint& point, const PinholeCamera& camera,
+std::optional<Expectation> expect(const MapPoint& point, const DisparityCamera& camera,
                                   const Pose& pose, double radius_px) {
   constexpr double min_cosine = 0.5;
   constexpr double max_distance_ratio = 2.5;
@@ -115,8 +115,8 @@ std::optional<Expectation> expect(const MapPoint& point, const PinholeCamera& ca
 
 }  // namespace
 
-std::size_t match_last_frame(const LocalMap& map, const PinholeCamera& camera, const Tracking& last,
-                             double radius_px, Tracking& tracking) {
+std::size_t match_last_frame(const LocalMap& map, const DisparityCamera& camera,
+                             const Tracking& last, double radius_px, Tracking& tracking) {
   BestMatches matches(tracking);
   for (std::size_t i = 0; i < last.points.size(); ++i) {
     if (last.points[i] == no_point || map.point(last.points[i]).is_bad) continue;
@@ -132,7 +132,7 @@ std::size_t match_last_frame(const LocalMap& map, const PinholeCamera& camera, c
   return count_matches(tracking);
 }
 
-std::size_t match_local_map(LocalMap& map, const PinholeCamera& camera,
+std::size_t match_local_map(LocalMap& map, const DisparityCamera& camera,
                             const std::vector<PointId>& candidates, double radius_px,
                             Tracking& tracking) {
   std::vector<PointId> matched = tracking.points;

@@ -51,10 +51,10 @@ FrameResult Odometry::track(const dynfilter::FrameView& frame,
                             const cv::Mat& descriptors) {
   require_descriptors(descriptors, keypoints.size());
   ++frames_;
-  camera_ = pinhole_of(parameters_, frame.image.size());
+  camera_ = {lens_, frame.image.size()};
   Tracking tracking;
   tracking.features =
-      make_features(frame, keypoints, descriptors, parameters_, {max_depth_m, disparity_sigma_px});
+      make_features(frame, keypoints, descriptors, lens_, {max_depth_m, disparity_sigma_px});
   tracking.points.assign(tracking.features.size(), no_point);
   FrameResult result;
   if (map_.empty()) {

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include <dynfilter/evaluation/camera.hpp>
+#include <dynfilter/camera.hpp>
 #include <dynfilter/evaluation/trajectory.hpp>
 
 #include "local_map.hpp"
@@ -35,7 +35,7 @@ struct FrameResult {
 /// Equal frames and masks give bit-identical poses on one machine.
 class Odometry {
  public:
-  explicit Odometry(const dynfilter::CameraParameters& camera) : parameters_(camera) {}
+  explicit Odometry(const dynfilter::Camera& camera) : lens_(camera) {}
 
   /// Tracks a frame with features that the caller has extracted and filtered: one descriptor a row,
   /// CV_8UC1 of 32 columns. Frames come in the order of time. Throws std::invalid_argument for
@@ -60,8 +60,8 @@ class Odometry {
   void add_keyframe(Tracking& tracking);
   FrameResult finish(double timestamp_s, Tracking tracking, FrameResult result);
 
-  dynfilter::CameraParameters parameters_;
-  PinholeCamera camera_;
+  dynfilter::Camera lens_;
+  DisparityCamera camera_;
   LocalMap map_;
   Tracking last_;
   Pose motion_;               // from the frame before the last to the last

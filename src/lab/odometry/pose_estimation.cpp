@@ -28,7 +28,7 @@ RobustCost cost_of(const PointMatch& match, const Eigen::Vector3d& residuals, bo
   return robust ? huber(squared, chi2_limit(match.observation)) : RobustCost{squared, 1};
 }
 
-double total_cost(const PinholeCamera& camera, const Pose& pose,
+double total_cost(const DisparityCamera& camera, const Pose& pose,
                   const std::vector<PointMatch>& matches, bool robust) {
   double total = 0;
   for (const PointMatch& match : matches) {
@@ -41,7 +41,7 @@ double total_cost(const PinholeCamera& camera, const Pose& pose,
   return total;
 }
 
-PoseEquations linearise(const PinholeCamera& camera, const Pose& pose,
+PoseEquations linearise(const DisparityCamera& camera, const Pose& pose,
                         const std::vector<PointMatch>& matches, bool robust) {
   PoseEquations equations;
   for (const PointMatch& match : matches) {
@@ -57,7 +57,7 @@ PoseEquations linearise(const PinholeCamera& camera, const Pose& pose,
   return equations;
 }
 
-void levenberg_marquardt(const PinholeCamera& camera, Pose& pose,
+void levenberg_marquardt(const DisparityCamera& camera, Pose& pose,
                          const std::vector<PointMatch>& matches, bool robust) {
   double damping = 1e-5;
   double cost = total_cost(camera, pose, matches, robust);
@@ -83,7 +83,7 @@ void levenberg_marquardt(const PinholeCamera& camera, Pose& pose,
   }
 }
 
-std::size_t mark_outliers(const PinholeCamera& camera, const Pose& pose,
+std::size_t mark_outliers(const DisparityCamera& camera, const Pose& pose,
                           std::vector<PointMatch>& matches) {
   std::size_t inliers = 0;
   for (PointMatch& match : matches) {
@@ -113,7 +113,7 @@ Sample draw(std::mt19937_64& random, std::size_t count) {
   return sample;
 }
 
-std::optional<Pose> solve(const PinholeCamera& camera, const std::vector<PointMatch>& matches,
+std::optional<Pose> solve(const DisparityCamera& camera, const std::vector<PointMatch>& matches,
                           const Sample& sample) {
   std::vector<cv::Point3d> points;
   std::vector<cv::Point2d> pixels;
@@ -134,7 +134,7 @@ std::optional<Pose> solve(const PinholeCamera& camera, const std::vector<PointMa
   return moved(Pose(), motion);
 }
 
-bool agrees(const PinholeCamera& camera, const Pose& pose, const PointMatch& match) {
+bool agrees(const DisparityCamera& camera, const Pose& pose, const PointMatch& match) {
   const Eigen::Vector3d point = pose * match.point;
   return point.z() > 0 &&
          residual(camera, match.observation, point).squaredNorm() <= chi2_limit(match.observation);
@@ -142,7 +142,8 @@ bool agrees(const PinholeCamera& camera, const Pose& pose, const PointMatch& mat
 
 }  // namespace
 
-std::size_t refine_pose(const PinholeCamera& camera, Pose& pose, std::vector<PointMatch>& matches) {
+std::size_t refine_pose(const DisparityCamera& camera, Pose& pose,
+                        std::vector<PointMatch>& matches) {
   if (matches.size() < 3) return 0;
   const Pose start = pose;
   for (PointMatch& match : matches) match.is_inlier = (pose * match.point).z() >= min_z_m;
@@ -157,7 +158,7 @@ std::size_t refine_pose(const PinholeCamera& camera, Pose& pose, std::vector<Poi
   return inliers;
 }
 
-std::optional<Pose> pnp_ransac(const PinholeCamera& camera, std::vector<PointMatch>& matches,
+std::optional<Pose> pnp_ransac(const DisparityCamera& camera, std::vector<PointMatch>& matches,
                                std::size_t min_inliers, std::uint64_t seed) {
   if (matches.size() < std::max(min_inliers, sample_size)) return {};
   std::mt19937_64 random(seed);

@@ -11,6 +11,8 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <dynfilter/camera.hpp>
+#include <opencv2/core.hpp>
 
 namespace odometry {
 
@@ -55,12 +57,11 @@ inline Pose moved(const Pose& pose, const Twist& step) {
           turn * pose.translation + Eigen::Vector3d(step.tail<3>())};
 }
 
-/// A pinhole camera without distortion, whose depth counts as the disparity of a stereo pair. A
+/// A camera whose depth counts as the disparity of a stereo pair, for ideal pixels. A
 /// structured-light camera measures that way, so its noise is about equal at every distance.
-struct PinholeCamera {
-  double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels
-  double baseline_m = 0.08;               ///< between a Kinect's projector and its camera
-  int width = 0, height = 0;
+struct DisparityCamera : dynfilter::Camera {
+  cv::Size image_size;
+  double baseline_m = 0.08;  ///< between a Kinect's projector and its camera
 
   double disparity_px(double depth_m) const { return fx * baseline_m / depth_m; }
 
@@ -91,7 +92,7 @@ inline double chi2_limit(const Observation& observation) {
 
 /// Returns (u, v, disparity) predicted minus measured, in standard deviations; the last is 0
 /// without depth.
-inline Eigen::Vector3d residual(const PinholeCamera& camera, const Observation& observation,
+inline Eigen::Vector3d residual(const DisparityCamera& camera, const Observation& observation,
                                 const Eigen::Vector3d& point_camera) {
   const Eigen::Vector3d predicted = camera.project(point_camera);
   Eigen::Vector3d result;
@@ -105,7 +106,7 @@ inline Eigen::Vector3d residual(const PinholeCamera& camera, const Observation& 
 }
 
 /// Returns the derivative of the residual with respect to the point in the camera's frame.
-inline Eigen::Matrix3d point_jacobian(const PinholeCamera& camera, const Observation& observation,
+inline Eigen::Matrix3d point_jacobian(const DisparityCamera& camera, const Observation& observation,
                                       const Eigen::Vector3d& point_camera) {
   const double z = point_camera.z();
   Eigen::Matrix3d jacobian = Eigen::Matrix3d::Zero();
@@ -153,12 +154,13 @@ struct PointMatch {
 /// damps the residuals in the first two. Starts from `pose` and does not search: a moving person
 /// with a third of the matches pulls the pose along. Returns the number of inliers; with fewer than
 /// three matches the pose does not change.
-std::size_t refine_pose(const PinholeCamera& camera, Pose& pose, std::vector<PointMatch>& matches);
+std::size_t refine_pose(const DisparityCamera& camera, Pose& pose,
+                        std::vector<PointMatch>& matches);
 
 /// Estimates the pose that most matches agree with, from random samples of four (P3P, and a fourth
 /// point to choose the solution). Marks the inliers. Returns std::nullopt if fewer than
 /// `min_inliers` agree. The samples depend on the seed alone.
-std::optional<Pose> pnp_ransac(const PinholeCamera& camera, std::vector<PointMatch>& matches,
+std::optional<Pose> pnp_ransac(const DisparityCamera& camera, std::vector<PointMatch>& matches,
                                std::size_t min_inliers, std::uint64_t seed);
 
 }  // namespace odometry

@@ -128,7 +128,7 @@ std::uint16_t quantised(double depth_m, double noise) {
 
 }  // namespace
 
-cv::Mat1w measure_depth(const Rendering& rendering, const CameraParameters& camera,
+cv::Mat1w measure_depth(const Rendering& rendering, const SequenceCamera& camera,
                         const SyntheticSceneOptions& options, std::uint64_t key) {
   const cv::Size size = rendering.depth.size();
   const Faults faults = faults_of(options.depth_faults);

@@ -56,7 +56,7 @@ struct Rendering {
   cv::Mat1i surface;  // SurfaceId
 };
 
-Rendering render(const World& world, const Moment& moment, const CameraParameters& camera,
+Rendering render(const World& world, const Moment& moment, const SequenceCamera& camera,
                  const CameraPose& pose);
 
 /// Adds the sensor's noise to the colour image and rounds to bytes.
@@ -73,7 +73,7 @@ std::vector<Instance> detections(const SyntheticSceneOptions& options, int frame
 constexpr double depth_units_per_metre = 5000;
 
 /// Measures depth as the first Kinect does, registered to the colour image: CV_16UC1.
-cv::Mat1w measure_depth(const Rendering& rendering, const CameraParameters& camera,
+cv::Mat1w measure_depth(const Rendering& rendering, const SequenceCamera& camera,
                         const SyntheticSceneOptions& options, std::uint64_t key);
 
 }  // namespace dynfilter::scene

@@ -61,7 +61,7 @@ struct SyntheticScene::Content {
   explicit Content(const SyntheticSceneOptions& wanted)
       : options(checked(wanted)), world(options) {}
 
-  scene::Rendering render(const CameraParameters& camera, double elapsed_s) const {
+  scene::Rendering render(const SequenceCamera& camera, double elapsed_s) const {
     return scene::render(world, scene::moment_at(options, elapsed_s), camera,
                          scene::camera_at(options, elapsed_s));
   }
@@ -74,11 +74,11 @@ SyntheticScene::SyntheticScene(const SyntheticSceneOptions& options)
 
 const SyntheticSceneOptions& SyntheticScene::options() const { return content_->options; }
 
-CameraParameters SyntheticScene::camera() const {
+SequenceCamera SyntheticScene::camera() const {
   const cv::Size size = options().image_size;
   const double scale_x = size.width / 640.0;
   const double scale_y = size.height / 480.0;
-  CameraParameters camera;
+  SequenceCamera camera;
   camera.fx = 535.4 * scale_x;
   camera.fy = 539.2 * scale_y;
   camera.cx = (320.1 + 0.5) * scale_x - 0.5;  // 0 is the centre of the first pixel

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <memory>
 
-#include <dynfilter/evaluation/camera.hpp>
+#include <dynfilter/evaluation/sequence_camera.hpp>
 #include <dynfilter/frame.hpp>
 #include <dynfilter/segmentation.hpp>
 #include <opencv2/core.hpp>
@@ -144,7 +144,7 @@ class SyntheticScene {
 
   /// Returns the intrinsics of TUM fr3 scaled to the image size, without distortion, with rate (30
   /// Hz) and depth factor (5000).
-  CameraParameters camera() const;
+  SequenceCamera camera() const;
 
   /// Returns the time of a frame, seconds; that of frame 0 is 1. Throws std::invalid_argument for
   /// an index outside [0, size()). O(1).

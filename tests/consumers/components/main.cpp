@@ -10,7 +10,7 @@
 #include <vector>
 
 #include <dynfilter/dynfilter.hpp>
-#include <dynfilter/evaluation/camera.hpp>
+#include <dynfilter/evaluation/sequence_camera.hpp>
 #include <dynfilter/motion/motion_judge.hpp>
 #include <dynfilter/networks/network_segmenter.hpp>
 #include <dynfilter/segmenters/async_segmenter.hpp>

@@ -117,17 +117,11 @@ class Wall {
   int frames_ = 0;
 };
 
-dynfilter::CameraParameters camera_before_wall() {
-  dynfilter::CameraParameters parameters;
-  parameters.fx = parameters.fy = 500;
-  parameters.cx = 320;
-  parameters.cy = 240;
-  return parameters;
-}
+constexpr dynfilter::Camera camera_before_wall{500, 500, 320, 240};
 
 TEST(Odometry, MapsNearFeaturesAtOnceWhereItFollowsFew) {
   for (const int known : {90, 200}) {
-    HostOdometry odometry(camera_before_wall());
+    HostOdometry odometry(camera_before_wall);
     Wall wall(400);
     EXPECT_TRUE(wall.show(odometry, 0, known).is_keyframe);
     EXPECT_EQ(wall.show(odometry, 0, 400).is_keyframe, known < 100) << known;
@@ -135,7 +129,7 @@ TEST(Odometry, MapsNearFeaturesAtOnceWhereItFollowsFew) {
 }
 
 TEST(Odometry, RelocalizesByTheOldestKeyframeToo) {
-  HostOdometry odometry(camera_before_wall());
+  HostOdometry odometry(camera_before_wall);
   Wall wall(400);
   EXPECT_TRUE(wall.show(odometry, 0, 200).is_keyframe);
   bool has_second = false;
@@ -149,7 +143,7 @@ TEST(Odometry, RelocalizesByTheOldestKeyframeToo) {
 }
 
 TEST(PoseRefinement, JacobianIsTheDerivativeOfTheResidual) {
-  const PinholeCamera camera = test_camera();
+  const DisparityCamera camera = test_camera();
   const Eigen::Vector3d point(0.4, -0.3, 2.1);
   for (const double depth_m : {0.0, 2.0}) {
     Observation observation;
@@ -183,7 +177,7 @@ TEST(PoseRefinement, FindsThePoseAndTheOutliers) {
 
 TEST(PoseRefinement, LeavesInliersInFrontOfTheCamera) {
   // Distant points want the camera beyond a near one, which is seen straight ahead.
-  const PinholeCamera camera = test_camera();
+  const DisparityCamera camera = test_camera();
   std::vector<PointMatch> matches(61);
   std::mt19937_64 random(4);
   Pose beyond;
@@ -211,7 +205,7 @@ TEST(PnpRansac, FindsThePoseAmongHalfOutliersWithoutAGuess) {
 }
 
 TEST(BundleAdjustment, RecoversPosesAndPoints) {
-  const PinholeCamera camera = test_camera();
+  const DisparityCamera camera = test_camera();
   const std::vector<PointMatch> matches = exact_matches(Pose(), 60, 0);
   Bundle bundle;
   bundle.free_poses = 1;
@@ -245,11 +239,9 @@ TEST_F(SlowOdometryOnRecordedData, TracksFr1XyzToCentimetres) {
 
 // --- Parts ---------------------------------------------------------------------------------------
 
-TEST(FrameFeatures, FindsTheFeaturesOfASquare) {
+TEST(FeatureGrid, FindsTheFeaturesOfASquare) {
   cv::RNG random(3);
-  PinholeCamera camera;
-  camera.width = 130;
-  camera.height = 100;
+  const DisparityCamera camera{{}, {130, 100}};
   std::vector<Feature> features(400);
   for (Feature& feature : features) {  // some beyond the image
     feature.observation.pixel = {random.uniform(-20.0, 150.0), random.uniform(-20.0, 120.0)};
@@ -257,7 +249,7 @@ TEST(FrameFeatures, FindsTheFeaturesOfASquare) {
   for (std::size_t i = 0; i < 20; ++i) {  // at whole pixels
     features[i].observation.pixel = features[i].observation.pixel.array().round();
   }
-  const FrameFeatures grid(features, camera);
+  const FeatureGrid grid(features, camera);
   std::size_t found_in_all = 0;
   for (int trial = 0; trial < 500; ++trial) {
     Eigen::Vector2d pixel(random.uniform(-30.0, 160.0), random.uniform(-30.0, 130.0));
@@ -279,25 +271,15 @@ TEST(FrameFeatures, FindsTheFeaturesOfASquare) {
   EXPECT_GT(found_in_all, 1000U);
 }
 
-TEST(MakeFeatures, RemovesTheDistortionOfEachCoefficient) {
-  using Parameters = dynfilter::CameraParameters;
+TEST(MakeFeatures, UndoesTheDistortion) {
   dynfilter::FrameView frame;
   frame.image = cv::Mat(480, 640, CV_8UC1);
   const std::vector<cv::KeyPoint> keypoints = {{500, 400, 7}};
   const cv::Mat descriptors(1, 32, CV_8UC1, cv::Scalar(0));
-  const auto pixel_with = [&](double Parameters::*coefficient, double value) {
-    Parameters parameters;
-    parameters.fx = parameters.fy = 500;
-    parameters.cx = 320;
-    parameters.cy = 240;
-    parameters.*coefficient = value;
-    return make_features(frame, keypoints, descriptors, parameters, {10, 1})[0].observation.pixel;
-  };
-  EXPECT_EQ(pixel_with(&Parameters::k1, 0), Eigen::Vector2d(500, 400));
-  for (double Parameters::*const coefficient :
-       {&Parameters::k1, &Parameters::k2, &Parameters::p1, &Parameters::p2, &Parameters::k3}) {
-    EXPECT_GT((pixel_with(coefficient, 0.1) - Eigen::Vector2d(500, 400)).norm(), 0.1);
-  }
+  const dynfilter::Camera lens{500, 500, 320, 240, 0.1};
+  const auto& seen = make_features(frame, keypoints, descriptors, lens, {10, 1})[0].observation;
+  const cv::Point2d ideal = *lens.undistort({500, 400});
+  EXPECT_EQ(seen.pixel, Eigen::Vector2d(ideal.x, ideal.y));
 }
 
 TEST(Huber, IsQuadraticUpToTheLimitAndLinearBeyond) {

@@ -67,7 +67,7 @@ TEST(SyntheticScene, RendersTheDocumentedFrame) {
 }
 
 TEST(SyntheticScene, CameraIsFr3ScaledToTheImage) {
-  const CameraParameters full = SyntheticScene().camera();
+  const SequenceCamera full = SyntheticScene().camera();
   EXPECT_DOUBLE_EQ(full.fx, 535.4);
   EXPECT_DOUBLE_EQ(full.fy, 539.2);
   EXPECT_DOUBLE_EQ(full.cx, 320.1);
@@ -75,7 +75,7 @@ TEST(SyntheticScene, CameraIsFr3ScaledToTheImage) {
   EXPECT_DOUBLE_EQ(full.depth_units_per_metre, 5000);
   EXPECT_DOUBLE_EQ(full.frames_per_second, 30);
   EXPECT_DOUBLE_EQ(full.k1, 0);
-  const CameraParameters quarter = small_scene().camera();
+  const SequenceCamera quarter = small_scene().camera();
   EXPECT_EQ(quarter.image_size, cv::Size(160, 120));
   EXPECT_DOUBLE_EQ(quarter.fx, 535.4 / 4);
   // The left edge of the image, half a pixel left of the first centre, stays in the same direction.
@@ -104,7 +104,7 @@ TEST(SyntheticScene, FrameDependsNeitherOnEarlierFramesNorOnThreads) {
 /// Share of the pixels of frame `from`, chosen by `chosen` and visible in frame `to`, whose point
 /// has, by the two poses, the depth that `to` has there.
 double share_that_agrees(const SyntheticFrame& from, const SyntheticFrame& to,
-                         const CameraParameters& camera, const cv::Mat1b& chosen) {
+                         const SequenceCamera& camera, const cv::Mat1b& chosen) {
   int seen = 0;
   int agreeing = 0;
   for (int y = 0; y < chosen.rows; ++y) {
@@ -128,7 +128,7 @@ double share_that_agrees(const SyntheticFrame& from, const SyntheticFrame& to,
 TEST(SyntheticScene, OnlyStaticPointsReproject) {
   const SyntheticFrame& first = level_frame("", 20);
   const SyntheticFrame& later = level_frame("", 36);
-  const CameraParameters camera = small_scene().camera();
+  const SequenceCamera camera = small_scene().camera();
   ASSERT_GT(cv::norm(first.pose.translation - later.pose.translation), 0.05);
   const cv::Mat1b persons = painted(first.true_segmentation);
   // Persons in the later frame hide about a fifth of the pixels.

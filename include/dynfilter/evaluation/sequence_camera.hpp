@@ -1,10 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_EVALUATION_CAMERA_HPP
-#define DYNFILTER_EVALUATION_CAMERA_HPP
-
-#include "dynfilter/detail/require_cxx17.hpp"
+#ifndef DYNFILTER_EVALUATION_SEQUENCE_CAMERA_HPP
+#define DYNFILTER_EVALUATION_SEQUENCE_CAMERA_HPP
 
 #include <filesystem>
 #include <optional>
@@ -12,21 +10,15 @@
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/camera.hpp"
+
 namespace dynfilter {
 
 /// Largest offset of depth that makes sense, seconds.
 constexpr double max_depth_offset_s = 10;
 
-/// Camera of a sequence: a pinhole camera with OpenCV's radial-tangential distortion.
-struct CameraParameters {
-  double fx = 0;  ///< focal length in x, pixels; above 0
-  double fy = 0;  ///< focal length in y, pixels; above 0
-  double cx = 0;  ///< principal point's x, pixels
-  double cy = 0;  ///< principal point's y, pixels
-  /// @{
-  /// Distortion coefficient; all 0 = rectified images.
-  double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
-  /// @}
+/// Camera of a recorded sequence: the lens, and how images and depth were recorded.
+struct SequenceCamera : Camera {
   cv::Size image_size;               ///< pixels; 0x0 = unknown
   double frames_per_second = 0;      ///< frame rate, Hz; 0 = unknown
   double depth_units_per_metre = 0;  ///< DepthMapFactor, above 0; 5000 for TUM and BONN
@@ -34,7 +26,7 @@ struct CameraParameters {
 };
 
 /// Returns the camera of TUM's freiburg 1, 2 or 3, or of BONN, by its name: tum1, tum2, tum3, bonn.
-std::optional<CameraParameters> known_camera(const std::string& name);
+std::optional<SequenceCamera> known_camera(const std::string& name);
 
 /// Reads the camera from a settings file of ORB-SLAM2 or -3 (an OpenCV YAML file), or by a name of
 /// known_camera where there is no such file. Camera.fx, .fy, .cx, .cy (or Camera1.fx …) and
@@ -44,8 +36,8 @@ std::optional<CameraParameters> known_camera(const std::string& name);
 /// Throws std::runtime_error that names the file, and the key, for a file that is no OpenCV YAML
 /// file, a key that is missing, repeated or out of range, and a camera that is no pinhole with
 /// these coefficients.
-CameraParameters read_camera(const std::filesystem::path& path);
+SequenceCamera read_camera(const std::filesystem::path& path);
 
 }  // namespace dynfilter
 
-#endif  // DYNFILTER_EVALUATION_CAMERA_HPP
+#endif  // DYNFILTER_EVALUATION_SEQUENCE_CAMERA_HPP

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "dynfilter/evaluation/camera.hpp"
+#include "dynfilter/evaluation/sequence_camera.hpp"
 
 #include "support/test.hpp"
 
@@ -19,7 +19,7 @@ std::string with(const std::string& key, const std::string& value) {
   return text.replace(begin, end - begin, value.empty() ? "" : key + ": " + value + "\n");
 }
 
-TEST(Camera, ReadsAnOrbSlamSettingsFile) {
+TEST(SequenceCamera, ReadsAnOrbSlamSettingsFile) {
   const TemporaryFolder folder;
   const std::string text =
       "%YAML:1.0\r\n\r\n#-----\r\n# Camera Parameters. Adjust them!\r\n#-----\r\n\r\n"
@@ -30,7 +30,7 @@ TEST(Camera, ReadsAnOrbSlamSettingsFile) {
       "Camera.width: 640\r\nCamera.height: 480\r\nCamera.fps: 30.0\r\nCamera.bf: 40.0\r\n"
       "Camera.RGB: 1\r\nThDepth: 40.0\r\nDepthMapFactor: 5000.0\r\n"
       "ORBextractor.nFeatures: 1000\r\n";
-  const CameraParameters camera = read_camera(folder.write("TUM1.yaml", text));
+  const SequenceCamera camera = read_camera(folder.write("TUM1.yaml", text));
   EXPECT_EQ(camera.fx, 517.306408);
   EXPECT_EQ(camera.k3, 1.163314);
   EXPECT_EQ(camera.p1, -0.005358);
@@ -39,13 +39,13 @@ TEST(Camera, ReadsAnOrbSlamSettingsFile) {
   EXPECT_EQ(camera.depth_units_per_metre, 5000);
 }
 
-TEST(Camera, ReadsTheKeysOfOrbSlam3) {
+TEST(SequenceCamera, ReadsTheKeysOfOrbSlam3) {
   const TemporaryFolder folder;
   const std::string text =
       "%YAML:1.0\nFile.version: \"1.0\"\nCamera.type: \"PinHole\"\nCamera1.fx: 517.25\n"
       "Camera1.fy: 516.5\nCamera1.cx: 318\nCamera1.cy: 255\nCamera1.k1: 0.25\nCamera1.k3: 1.5\n"
       "Camera.width: 640\nCamera.height: 480\nCamera.fps: 30\nRGBD.DepthMapFactor: 5000.0\n";
-  const CameraParameters camera = read_camera(folder.write("TUM1.yaml", text));
+  const SequenceCamera camera = read_camera(folder.write("TUM1.yaml", text));
   EXPECT_EQ(camera.fx, 517.25);
   EXPECT_EQ(camera.cy, 255);
   EXPECT_EQ(camera.k1, 0.25);
@@ -54,12 +54,12 @@ TEST(Camera, ReadsTheKeysOfOrbSlam3) {
   EXPECT_EQ(camera.depth_units_per_metre, 5000);
 }
 
-TEST(Camera, ThoseOfTumAndBonnHaveNames) {
+TEST(SequenceCamera, HasNamesForTumAndBonn) {
   for (const auto& [name, fx] : {std::pair("tum1", 517.306408),
                                  {"tum2", 520.90862},
                                  {"tum3", 535.4},
                                  {"bonn", 542.822841}}) {
-    const CameraParameters camera = read_camera(name);
+    const SequenceCamera camera = read_camera(name);
     EXPECT_EQ(camera.fx, fx);
     EXPECT_EQ(camera.depth_units_per_metre, 5000);
     EXPECT_EQ(camera.k1 == 0, name == std::string("tum3"));
@@ -68,7 +68,7 @@ TEST(Camera, ThoseOfTumAndBonnHaveNames) {
   expect_error<std::runtime_error>([] { read_camera("tum4"); }, "tum4: there is no such file");
 }
 
-TEST(Camera, RefusesFilesWithoutACamera) {
+TEST(SequenceCamera, RefusesFilesWithoutACamera) {
   const struct {
     const char* what;
     std::string text, message;
@@ -104,7 +104,7 @@ TEST(Camera, RefusesFilesWithoutACamera) {
   }
 }
 
-TEST(Camera, IgnoresUnknownKeys) {
+TEST(SequenceCamera, IgnoresUnknownKeys) {
   const TemporaryFolder folder;
   const std::string text = required_keys +
                            "Viewer.x: 010\nViewer.x: 5000000000\nBlock:\n  Camera.fx: 010\n"

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "dynfilter/evaluation/camera.hpp"
+#include "dynfilter/evaluation/sequence_camera.hpp"
 
 #include <cmath>
 #include <limits>
@@ -14,11 +14,11 @@
 
 namespace dynfilter {
 
-std::optional<CameraParameters> known_camera(const std::string& name) {
+std::optional<SequenceCamera> known_camera(const std::string& name) {
   // As the authors of the data sets publish them.
   const auto camera = [](double fx, double fy, double cx, double cy, double k1 = 0, double k2 = 0,
                          double p1 = 0, double p2 = 0, double k3 = 0) {
-    return CameraParameters{fx, fy, cx, cy, k1, k2, p1, p2, k3, {640, 480}, 30, 5000, 0};
+    return SequenceCamera{{fx, fy, cx, cy, k1, k2, p1, p2, k3}, {640, 480}, 30, 5000, 0};
   };
   if (name == "tum1") {
     return camera(517.306408, 516.469215, 318.643040, 255.313989,  //
@@ -36,9 +36,9 @@ std::optional<CameraParameters> known_camera(const std::string& name) {
   return {};
 }
 
-CameraParameters read_camera(const std::filesystem::path& path) {
+SequenceCamera read_camera(const std::filesystem::path& path) {
   if (!detail::exists(path)) {
-    if (const std::optional<CameraParameters> known = known_camera(path.string())) return *known;
+    if (const std::optional<SequenceCamera> known = known_camera(path.string())) return *known;
   }
   const detail::YamlFile file(path);
   if (file.keys().empty()) file.refuse("holds no keys such as Camera.fx");
@@ -56,7 +56,7 @@ CameraParameters read_camera(const std::filesystem::path& path) {
     }
     file.refuse(key, file.shown(key), "a whole number of pixels");
   };
-  CameraParameters camera = detail::read_pinhole<CameraParameters>(file);
+  SequenceCamera camera{detail::read_lens(file), {}, 0, 0, 0};
   camera.image_size = {read_pixels("Camera.width"), read_pixels("Camera.height")};
   if (camera.image_size.empty()) camera.image_size = {};  // one side alone says nothing
   camera.frames_per_second = read("Camera.fps");
