@@ -26,6 +26,7 @@
 #include "dynfilter/mask_culler.hpp"
 #include "dynfilter/overlay.hpp"
 #include "dynfilter/pipeline.hpp"
+#include "dynfilter/pose.hpp"
 #include "dynfilter/range_estimator.hpp"
 #include "dynfilter/segmentation.hpp"
 #include "dynfilter/segmenter.hpp"

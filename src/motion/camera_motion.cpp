@@ -10,9 +10,9 @@
 #include <utility>
 
 #include "dynfilter/detail/quantile.hpp"
+#include "dynfilter/detail/rotation.hpp"
 #include "linear_residual.hpp"
 #include "motion_frame.hpp"
-#include "rotation.hpp"
 
 namespace dynfilter::detail {
 namespace {
@@ -35,9 +35,9 @@ constexpr double chained_scale_px = 1, lost_scale_px = 3;
 
 /// Returns the last motion as it goes on until now: more of it where a frame was dropped. Smaller
 /// differences of the durations are those of the time stamps.
-RelativePose last_motion_going_on(const MotionMemory& memory) {
+Pose last_motion_going_on(const MotionMemory& memory) {
   if (!memory.past[0].motion) return {};
-  const RelativePose& last = *memory.past[0].motion;
+  const Pose& last = *memory.past[0].motion;
   const double now_s = memory.now.timestamp_s - memory.past[0].timestamp_s;
   const double then_s = memory.past[0].timestamp_s - memory.past[1].timestamp_s;
   const bool is_alike = now_s < min_dropping_ratio * then_s && then_s < min_dropping_ratio * now_s;
@@ -89,7 +89,7 @@ void choose_sample(const MotionContext& context, Suspicion least, Suspicion most
 }
 
 /// Searches for the sample where a pose expects it, and appends what was found.
-void observe(const MotionContext& context, std::size_t baseline, const RelativePose& expected,
+void observe(const MotionContext& context, std::size_t baseline, const Pose& expected,
              std::size_t top_level, std::vector<PoseObservation>& observations) {
   for (const std::uint32_t i : context.scratch.sample) {
     const FeatureMotion& feature = context.scratch.features[i];
@@ -104,13 +104,13 @@ void observe(const MotionContext& context, std::size_t baseline, const RelativeP
   }
 }
 
-double distance_px(const MotionContext& context, const RelativePose& pose,
+double distance_px(const MotionContext& context, const Pose& pose,
                    const PoseObservation& observation) {
   const auto place = context.camera.project(pose * observation.point_now_m);
   return place ? cv::norm(*place - observation.pixel_then) : far_away_px;
 }
 
-double median_distance_px(const MotionContext& context, const RelativePose& pose,
+double median_distance_px(const MotionContext& context, const Pose& pose,
                           const std::vector<PoseObservation>& observations) {
   std::vector<float>& distances = context.scratch.values;
   distances.clear();
@@ -120,7 +120,7 @@ double median_distance_px(const MotionContext& context, const RelativePose& pose
   return double{quantile_of(distances)};
 }
 
-double count_agreeing(const MotionContext& context, const RelativePose& pose,
+double count_agreeing(const MotionContext& context, const Pose& pose,
                       const std::vector<PoseObservation>& observations) {
   return static_cast<double>(std::count_if(
       observations.begin(), observations.end(),
@@ -131,9 +131,8 @@ double count_agreeing(const MotionContext& context, const RelativePose& pose,
 /// Takes the pose by the features of people who stood until now, too, or that of a camera that only
 /// turns, if clearly more features agree with it and the unsuspected ones fit as well. Of two with
 /// which about as many agree, the turn: it explains them by less.
-void prefer_by_agreement(const MotionContext& context, const RelativePose& expected,
-                         std::size_t top_level, const std::optional<PosePrior>& prior,
-                         RelativePoseEstimate& best) {
+void prefer_by_agreement(const MotionContext& context, const Pose& expected, std::size_t top_level,
+                         const std::optional<PosePrior>& prior, RelativePoseEstimate& best) {
   const std::vector<PoseObservation>& unsuspected = context.scratch.observations;
   std::vector<PoseObservation>& all = context.scratch.more_observations;
   all.assign(unsuspected.begin(), unsuspected.end());
@@ -201,7 +200,7 @@ MotionOutcome measure_camera(const MotionContext& context, MotionStatistics& sta
   over = {};
   over.duration_s = memory.now.timestamp_s - memory.past[0].timestamp_s;
   const std::optional<PosePrior>& prior = memory.prior;
-  const RelativePose expected = prior ? prior->pose : last_motion_going_on(memory);
+  const Pose expected = prior ? prior->pose : last_motion_going_on(memory);
   const bool is_prior_trusted = prior && prior->is_trusted;
   RelativePoseEstimate estimate;
   bool is_cut = false;

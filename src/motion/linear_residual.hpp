@@ -7,8 +7,8 @@
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/detail/rotation.hpp"
 #include "dynfilter/motion/relative_pose.hpp"
-#include "rotation.hpp"
 
 namespace dynfilter::detail {
 
@@ -40,7 +40,7 @@ struct LinearResidual {
 };
 
 /// Returns the residual of an observation around a pose.
-inline LinearResidual linearised(const PoseObservation& observation, const RelativePose& pose,
+inline LinearResidual linearised(const PoseObservation& observation, const Pose& pose,
                                  const Camera& camera, Freedom freedom) {
   const cv::Point3d p = pose * observation.point_now_m;
   if (!(p.z > 0)) return {far_away_px, far_away_px, {}, {}};  // fits no pose near this one
@@ -92,7 +92,7 @@ struct NormalEquations {
 };
 
 /// Returns a pose after a small motion.
-inline RelativePose moved(const RelativePose& pose, const Twist& motion) {
+inline Pose moved(const Pose& pose, const Twist& motion) {
   const cv::Matx33d turn = rotation_of({motion[0], motion[1], motion[2]});
   return {orthonormal(turn * pose.rotation),
           turn * pose.translation + cv::Vec3d(motion[3], motion[4], motion[5])};

@@ -115,7 +115,7 @@ std::optional<double> depth_behind_m(const MotionContext& context, const Feature
                                      std::size_t baseline) {
   if (!(feature.depth_m > 0)) return {};
   const double depth_m = double{feature.depth_m};
-  const RelativePose& pose = context.scratch.over[baseline].pose;
+  const Pose& pose = context.scratch.over[baseline].pose;
   const auto place = context.static_place(feature, pose, depth_m);
   if (!place) return {};
   const auto depth_then_m = context.then(baseline).frame.depth_m(nearest_pixel(*place));

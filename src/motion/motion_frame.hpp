@@ -92,7 +92,7 @@ struct FeatureMotion {
 struct Baseline {
   bool is_used = false;
   double duration_s = 0;
-  RelativePose pose;       // then from now
+  Pose pose;               // then from now
   double scale_px = 0.25;  // robust scale of the static features' residuals
 };
 
@@ -130,7 +130,7 @@ struct MotionContext {
 
   /// Returns where a static feature at a depth was under a pose, a raw pixel; nothing if the camera
   /// did not see it there.
-  std::optional<cv::Point2f> static_place(const FeatureMotion& feature, const RelativePose& pose,
+  std::optional<cv::Point2f> static_place(const FeatureMotion& feature, const Pose& pose,
                                           double depth_m) const {
     if (!feature.has_ray()) return {};
     const auto ideal = camera.project(pose * (feature.ray * depth_m));
@@ -147,7 +147,7 @@ struct MotionContext {
 
   /// Returns how far a place in the earlier frame is from where a static feature may have been, at
   /// any depth of its interval; none if all of them were behind the camera.
-  std::optional<MotionResidual> residual(FeatureMotion& feature, const RelativePose& pose,
+  std::optional<MotionResidual> residual(FeatureMotion& feature, const Pose& pose,
                                          cv::Point2f then) const {
     const cv::Point2d now(feature.ray.x * camera.fx + camera.cx,
                           feature.ray.y * camera.fy + camera.cy);

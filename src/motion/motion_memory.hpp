@@ -40,7 +40,7 @@ struct MotionMemory {
     std::array<cv::Mat1b, levels> grey;
     FrameView frame;  // only its depth: a copy
     double timestamp_s = 0;
-    std::optional<RelativePose> motion;  // from it to the frame before it
+    std::optional<Pose> motion;  // from it to the frame before it
   };
 
   Frame now;

@@ -119,9 +119,9 @@ DepthInterval depth_interval(const FrameView& frame, cv::Point pixel) {
 namespace {
 
 /// Returns the residual of an interval without a gap.
-std::optional<MotionResidual> segment_residual(const Camera& camera,
-                                               const RelativePose& then_from_now, cv::Point2d now,
-                                               cv::Point2d then, const DepthInterval& depth) {
+std::optional<MotionResidual> segment_residual(const Camera& camera, const Pose& then_from_now,
+                                               cv::Point2d now, cv::Point2d then,
+                                               const DepthInterval& depth) {
   const cv::Point3d ray = camera.point(now, 1);
   const cv::Vec3d turned = then_from_now.rotation * cv::Vec3d(ray);
   const cv::Vec3d& translation = then_from_now.translation;
@@ -148,7 +148,7 @@ std::optional<MotionResidual> segment_residual(const Camera& camera,
 
 /// Returns the distance between where static points of an interval were and another, metres; below
 /// 0 if they went away. Neither has a gap.
-double interval_residual_m(const RelativePose& then_from_now, const cv::Point3d& now_m,
+double interval_residual_m(const Pose& then_from_now, const cv::Point3d& now_m,
                            const DepthInterval& now, const DepthInterval& then) {
   const auto static_depth_m = [&](double depth_now_m) {
     return (then_from_now * (now_m * (depth_now_m / now_m.z))).z;
@@ -160,9 +160,9 @@ double interval_residual_m(const RelativePose& then_from_now, const cv::Point3d&
 
 }  // namespace
 
-std::optional<MotionResidual> motion_residual(const Camera& camera,
-                                              const RelativePose& then_from_now, cv::Point2d now,
-                                              cv::Point2d then, const DepthInterval& depth) {
+std::optional<MotionResidual> motion_residual(const Camera& camera, const Pose& then_from_now,
+                                              cv::Point2d now, cv::Point2d then,
+                                              const DepthInterval& depth) {
   std::optional<MotionResidual> least;
   for (const DepthInterval& surface : surfaces_of(depth)) {
     const auto residual = segment_residual(camera, then_from_now, now, then, surface);
@@ -172,7 +172,7 @@ std::optional<MotionResidual> motion_residual(const Camera& camera,
   return least;
 }
 
-double depth_residual_m(const RelativePose& then_from_now, const cv::Point3d& now_m,
+double depth_residual_m(const Pose& then_from_now, const cv::Point3d& now_m,
                         const DepthInterval& now, const DepthInterval& then) {
   if (!now.is_known() || !then.is_known()) return 0;
   double least_m = std::numeric_limits<double>::infinity();

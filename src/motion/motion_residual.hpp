@@ -49,9 +49,9 @@ struct MotionResidual {
 /// line, or on one of two if the interval has a gap; the residual is the distance to the nearest,
 /// in ideal pixels of the earlier frame. `now` and `then` are ideal pixels of the two frames. None
 /// if no depth of the interval was in front of the camera then. Pure; O(1).
-std::optional<MotionResidual> motion_residual(const Camera& camera,
-                                              const RelativePose& then_from_now, cv::Point2d now,
-                                              cv::Point2d then, const DepthInterval& depth);
+std::optional<MotionResidual> motion_residual(const Camera& camera, const Pose& then_from_now,
+                                              cv::Point2d now, cv::Point2d then,
+                                              const DepthInterval& depth);
 
 /// Returns by how much nearer a tracked feature came than a static one, metres along the optical
 /// axis; below 0 if it went away. What moves along the view hardly shifts in the image. `now_m` is
@@ -59,7 +59,7 @@ std::optional<MotionResidual> motion_residual(const Camera& camera,
 /// its track in the earlier frame. The intervals are widened by the sensor's noise, and hold both
 /// sides of a depth edge. The residual is the distance between their nearest depths as the earlier
 /// camera sees them: 0 where they overlap or one is not measured. Pure; O(1).
-double depth_residual_m(const RelativePose& then_from_now, const cv::Point3d& now_m,
+double depth_residual_m(const Pose& then_from_now, const cv::Point3d& now_m,
                         const DepthInterval& now, const DepthInterval& then);
 
 }  // namespace dynfilter::detail

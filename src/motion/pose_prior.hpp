@@ -8,19 +8,19 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/rotation.hpp"
 #include "dynfilter/motion/relative_pose.hpp"
 
 namespace dynfilter::detail {
 
 /// Throws std::invalid_argument that names the caller for a pose with a number that is not finite,
 /// or with a rotation that is none.
-inline void validate(const RelativePose& pose, const char* caller) {
+inline void validate(const Pose& pose, const char* caller) {
   if (!std::isfinite(cv::norm(pose.rotation) + cv::norm(pose.translation))) {
     throw_misuse(caller, "a pose that is not finite", "a finite rotation and translation");
   }
-  constexpr double rounding = 1e-3;  // of hosts that compute in float
+  if (is_rotation(pose.rotation)) return;
   const double error = cv::norm(pose.rotation.t() * pose.rotation - cv::Matx33d::eye());
-  if (error < rounding && cv::determinant(pose.rotation) > 0) return;
   throw_misuse(caller, concatenate("a rotation that is ", error, " from an orthonormal matrix"),
                "an orthonormal matrix of determinant 1");
 }

@@ -113,7 +113,7 @@ void put_in_order(const std::vector<PoseObservation>& observations, PoseScratch&
   for (const Rank& rank : ranks) scratch.observations.push_back(observations[rank.index]);
 }
 
-bool is_within(const RelativePose& pose, const PosePrior& prior) {
+bool is_within(const Pose& pose, const PosePrior& prior) {
   const cv::Matx33d between = pose.rotation * prior.pose.rotation.t();
   const double cosine = std::clamp((cv::trace(between) - 1) / 2, -1.0, 1.0);
   return cv::norm(pose.translation - prior.pose.translation) <= prior.max_translation_m &&
@@ -137,7 +137,7 @@ struct Fit {
   std::size_t sample_size() const { return std::min(scratch.observations.size(), max_sample); }
 
   /// Linearises the residuals of the first observations around a pose.
-  void linearise(const RelativePose& pose, std::size_t count) const {
+  void linearise(const Pose& pose, std::size_t count) const {
     scratch.linear.clear();
     for (std::size_t i = 0; i < count; ++i) {
       scratch.linear.push_back(detail::linearised(scratch.observations[i], pose, camera, freedom));
@@ -179,11 +179,11 @@ struct Fit {
 
   /// Returns the best of many poses near `start`, each from four observations. A turn needs two,
   /// and fewer hypotheses, because two static observations are found sooner than four.
-  RelativePose searched(const RelativePose& start, const std::optional<PosePrior>& prior) const {
+  Pose searched(const Pose& start, const std::optional<PosePrior>& prior) const {
     const bool turns = freedom == Freedom::turns;
     Random random;
     linearise(start, sample_size());
-    RelativePose best = start;
+    Pose best = start;
     constexpr double infinity = std::numeric_limits<double>::infinity();
     double least = smaller_quantile({}, infinity).value_or(infinity);
     for (std::size_t h = 0; h < (turns ? turn_hypotheses : hypotheses); ++h) {
@@ -195,7 +195,7 @@ struct Fit {
       for (int step = 0; step <= concentrations; ++step) {
         const auto quantile = smaller_quantile(motion, least);
         if (!quantile) break;
-        const RelativePose pose = detail::moved(start, motion);
+        const Pose pose = detail::moved(start, motion);
         if (prior && !is_within(pose, *prior)) break;
         least = *quantile;
         best = pose;
@@ -207,7 +207,7 @@ struct Fit {
 
   /// Linearises the residuals around a pose. Returns their scale: of all first, then of those that
   /// agree with that.
-  double scale_px(const RelativePose& pose) const {
+  double scale_px(const Pose& pose) const {
     linearise(pose, scratch.observations.size());
     scratch.squares.clear();
     for (const LinearResidual& linear : scratch.linear) scratch.squares.push_back(linear.squared());
@@ -238,7 +238,7 @@ struct Fit {
   }
 
   /// Returns the pose after all steps with Tukey's weights.
-  RelativePose refined(RelativePose pose) const {
+  Pose refined(Pose pose) const {
     for (int step = 0; step < tukey_steps; ++step) {
       const double limit = detail::tukey_cutoff * scale_px(pose);
       NormalEquations equations;
@@ -264,9 +264,9 @@ void check(const std::vector<PoseObservation>& observations, const char* caller)
   }
 }
 
-RelativePoseEstimate estimated(const std::vector<PoseObservation>& observations,
-                               const RelativePose& start, const std::optional<PosePrior>& prior,
-                               const Camera& camera, Freedom freedom, PoseScratch& scratch) {
+RelativePoseEstimate estimated(const std::vector<PoseObservation>& observations, const Pose& start,
+                               const std::optional<PosePrior>& prior, const Camera& camera,
+                               Freedom freedom, PoseScratch& scratch) {
   const char* const caller = freedom == Freedom::turns ? "RelativePoseEstimator::estimate_turn"
                                                        : "RelativePoseEstimator::estimate";
   check(observations, caller);
@@ -285,8 +285,8 @@ RelativePoseEstimate estimated(const std::vector<PoseObservation>& observations,
 
   put_in_order(observations, scratch);
   const Fit fit{camera, is_known ? with_trusted_prior : with_static_third, freedom, scratch};
-  const RelativePose found = fit.searched(estimate.pose, prior);
-  const RelativePose best = fit.refined(found);
+  const Pose found = fit.searched(estimate.pose, prior);
+  const Pose best = fit.refined(found);
   const bool is_possible = !prior || is_within(best, *prior);
   estimate.pose = is_possible ? best : found;
   // The observations may say that the limits are wrong.
@@ -311,14 +311,14 @@ RelativePoseEstimator::RelativePoseEstimator(const Camera& camera) : camera_(cam
 }
 
 RelativePoseEstimate RelativePoseEstimator::estimate(
-    const std::vector<PoseObservation>& observations, const RelativePose& start,
+    const std::vector<PoseObservation>& observations, const Pose& start,
     const std::optional<PosePrior>& prior, Workspace& workspace) const {
   return estimated(observations, start, prior, camera_, Freedom::moves_and_turns,
                    workspace.get<PoseScratch>());
 }
 
 RelativePoseEstimate RelativePoseEstimator::estimate_turn(
-    const std::vector<PoseObservation>& observations, const RelativePose& start,
+    const std::vector<PoseObservation>& observations, const Pose& start,
     const std::optional<PosePrior>& prior, Workspace& workspace) const {
   return estimated(observations, start, prior, camera_, Freedom::turns,
                    workspace.get<PoseScratch>());

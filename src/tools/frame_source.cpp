@@ -208,27 +208,15 @@ std::string folder_name(const std::filesystem::path& folder) {
   return (full_path.has_filename() ? full_path : full_path.parent_path()).filename().string();
 }
 
-TimedPose timed(double timestamp_s, const CameraPose& pose) {
-  TimedPose timed;
-  timed.timestamp_s = timestamp_s;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
-      timed.rotation(row, column) = pose.rotation(row, column);
-    }
-    timed.translation(row) = pose.translation(row);
-  }
-  return timed;
-}
-
-class Rendering final : public FrameSource {
+class SceneSource final : public FrameSource {
  public:
-  Rendering(const SyntheticSceneOptions& options, Truth truth) : scene_(options), truth_(truth) {
+  SceneSource(const SyntheticSceneOptions& options, Truth truth) : scene_(options), truth_(truth) {
     facts_.frames = static_cast<std::size_t>(scene_.size());
     facts_.camera = scene_.camera();
     facts_.masks_name = "rendered";
     facts_.trajectory.emplace();
     for (int i = 0; i < scene_.size(); ++i) {
-      facts_.trajectory->push_back(timed(scene_.timestamp_s(i), scene_.pose(i)));
+      facts_.trajectory->push_back({scene_.pose(i), scene_.timestamp_s(i)});
     }
   }
 
@@ -294,7 +282,7 @@ SyntheticSceneOptions SceneSpec::level_options() const {
 
 std::unique_ptr<FrameSource> SceneSpec::open(Truth truth) const {
   if (level.empty()) return std::make_unique<Recording>(*this, truth);
-  return std::make_unique<Rendering>(level_options(), truth);
+  return std::make_unique<SceneSource>(level_options(), truth);
 }
 
 }  // namespace dynfilter::tools

@@ -14,7 +14,7 @@
 
 #include "commands.hpp"
 #include "dynfilter/detail/number_text.hpp"
-#include "dynfilter/evaluation/trajectory_rows.hpp"
+#include "dynfilter/evaluation/trajectory.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 #include "frame_source.hpp"
 #include "io/file_writing.hpp"
@@ -69,7 +69,7 @@ class SequenceFiles {
     std::filesystem::create_directories(folder / "depth");
   }
 
-  void add(const FrameView& frame, const CameraPose& pose) {
+  void add(const FrameView& frame, const Pose& pose) {
     const std::string time = detail::time_text(frame.timestamp_s);
     const std::string image = "rgb/" + time + ".png", depth = "depth/" + time + ".png";
     detail::write_image(folder_ / image, frame.image);
@@ -77,9 +77,7 @@ class SequenceFiles {
     images_ += time + ' ' + image + '\n';
     depths_ += time + ' ' + depth + '\n';
     pairs_ += time + ' ' + image + ' ' + time + ' ' + depth + '\n';
-    poses_ += detail::trajectory_row_text({frame.timestamp_s, pose.rotation, pose.translation},
-                                          "dynfilter synth") +
-              '\n';
+    poses_ += detail::trajectory_row({pose, frame.timestamp_s}, "dynfilter synth") + '\n';
   }
 
   void write_lists(const SequenceCamera& camera) const {

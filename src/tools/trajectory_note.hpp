@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <string>
 
-#include "dynfilter/evaluation/trajectory_rows.hpp"
+#include "dynfilter/evaluation/trajectory.hpp"
 
 namespace dynfilter::tools {
 

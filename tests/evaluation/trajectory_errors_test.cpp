@@ -36,6 +36,10 @@ std::vector<std::pair<std::size_t, std::size_t>> naive_pairs(const Trajectory& a
   return pairs;
 }
 
+Eigen::Vector3d place(const TimedPose& pose) {
+  return Eigen::Map<const Eigen::Vector3d>(pose.translation.val);
+}
+
 /// ATE by Horn's closed form with unit quaternions (JOSA A 1987), where the library uses a
 /// decomposition.
 double naive_ate(const Trajectory& estimate, const Trajectory& truth, bool with_scale) {
@@ -43,14 +47,14 @@ double naive_ate(const Trajectory& estimate, const Trajectory& truth, bool with_
   const double n = static_cast<double>(pairs.size());
   Eigen::Vector3d mean_e(0, 0, 0), mean_t(0, 0, 0);
   for (const auto& [i, j] : pairs) {
-    mean_e += estimate[i].translation / n;
-    mean_t += truth[j].translation / n;
+    mean_e += place(estimate[i]) / n;
+    mean_t += place(truth[j]) / n;
   }
   Eigen::Matrix3d s = Eigen::Matrix3d::Zero();
   double extent = 0;
   for (const auto& [i, j] : pairs) {
-    const Eigen::Vector3d e = estimate[i].translation - mean_e;
-    s += e * (truth[j].translation - mean_t).transpose();
+    const Eigen::Vector3d e = place(estimate[i]) - mean_e;
+    s += e * (place(truth[j]) - mean_t).transpose();
     extent += e.squaredNorm();
   }
   Eigen::Matrix4d m;
@@ -63,13 +67,13 @@ double naive_ate(const Trajectory& estimate, const Trajectory& truth, bool with_
   const Eigen::Matrix3d r = Eigen::Quaterniond(q(0), q(1), q(2), q(3)).toRotationMatrix();
   double along = 0;
   for (const auto& [i, j] : pairs) {
-    along += (truth[j].translation - mean_t).dot(r * (estimate[i].translation - mean_e));
+    along += (place(truth[j]) - mean_t).dot(r * (place(estimate[i]) - mean_e));
   }
   const double scale = with_scale && extent > 0 ? along / extent : 1.0;
   double squares = 0;
   for (const auto& [i, j] : pairs) {
-    const Eigen::Vector3d aligned = scale * (r * (estimate[i].translation - mean_e)) + mean_t;
-    squares += (aligned - truth[j].translation).squaredNorm() / n;
+    const Eigen::Vector3d aligned = scale * (r * (place(estimate[i]) - mean_e)) + mean_t;
+    squares += (aligned - place(truth[j])).squaredNorm() / n;
   }
   return std::sqrt(squares);
 }
@@ -90,8 +94,8 @@ std::pair<double, double> naive_rpe(const Trajectory& estimate, const Trajectory
                                     double interval_s) {
   const auto matrix = [](const TimedPose& pose) {
     Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
-    m.topLeftCorner<3, 3>() = pose.rotation;
-    m.topRightCorner<3, 1>() = pose.translation;
+    m.topLeftCorner<3, 3>() = Eigen::Map<const Eigen::Matrix3d>(pose.rotation.val).transpose();
+    m.topRightCorner<3, 1>() = place(pose);
     return m;
   };
   double translation = 0, rotation = 0, count = 0;
@@ -123,11 +127,10 @@ double number(ByteSource& source, double reach) {
 TimedPose random_step(ByteSource& source, const TimedPose& from, double time_s) {
   TimedPose pose;
   pose.timestamp_s = time_s;
-  const Eigen::Vector3d axis(number(source, 1), number(source, 1), number(source, 1) + 2);
-  pose.rotation =
-      from.rotation * Eigen::AngleAxisd(number(source, 0.1), axis.normalized()).toRotationMatrix();
-  pose.translation = from.translation +
-                     Eigen::Vector3d(number(source, .1), number(source, .1), number(source, .1));
+  const cv::Vec3d axis(number(source, 1), number(source, 1), number(source, 1) + 2);
+  pose.rotation = from.rotation * detail::rotation_of(cv::normalize(axis) * number(source, 0.1));
+  pose.translation =
+      from.translation + cv::Vec3d(number(source, .1), number(source, .1), number(source, .1));
   return pose;
 }
 

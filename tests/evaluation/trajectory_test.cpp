@@ -5,8 +5,7 @@
 
 #include <locale>
 
-#include <Eigen/Geometry>
-
+#include "dynfilter/detail/rotation.hpp"
 #include "support/test.hpp"
 
 namespace dynfilter::testing {
@@ -25,10 +24,8 @@ Trajectory random_trajectory(std::mt19937& random, int length) {
   for (int i = 0; i < length; ++i) {
     TimedPose pose;
     pose.timestamp_s = 1341846434.710184 + 0.033331 * i;
-    pose.rotation =
-        Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random))
-            .normalized()
-            .toRotationMatrix();
+    pose.rotation = detail::rotation_of_quaternion(
+        cv::normalize(cv::Vec4d(normal(random), normal(random), normal(random), normal(random))));
     pose.translation = {normal(random), 100 * normal(random), 1e-3 * normal(random)};
     trajectory.push_back(pose);
   }
@@ -39,8 +36,8 @@ void expect_near(const Trajectory& a, const Trajectory& b) {
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t i = 0; i < a.size(); ++i) {
     EXPECT_NEAR(a[i].timestamp_s, b[i].timestamp_s, 6e-7);
-    EXPECT_LT((a[i].rotation - b[i].rotation).norm(), 1e-8);
-    EXPECT_LT((a[i].translation - b[i].translation).norm(), 1e-7);
+    EXPECT_LT(cv::norm(a[i].rotation - b[i].rotation), 1e-8);
+    EXPECT_LT(cv::norm(a[i].translation - b[i].translation), 1e-7);
   }
 }
 
@@ -60,7 +57,7 @@ TEST(Trajectory, IsWrittenInTumFormat) {
   trajectory[0].timestamp_s = 1341846434.710184;
   trajectory[0].translation = {1.5, -2, 1e-9};
   trajectory[1].timestamp_s = 1341846434.746225;
-  trajectory[1].rotation = Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  trajectory[1].rotation = detail::rotation_of({0, 0, 1});
   write_trajectory(folder / "t.txt", trajectory);
   EXPECT_EQ(file_text(folder / "t.txt"),
             "1341846434.710184 1.5000000 -2.0000000 0.0000000 "
@@ -80,12 +77,12 @@ TEST(Trajectory, IsReadWithCommentsBlankLinesAndDosLineEnds) {
   const Trajectory trajectory = read_trajectory(path);
   ASSERT_EQ(trajectory.size(), 3U);
   EXPECT_EQ(trajectory[0].timestamp_s, 2.5);  // sorted
-  EXPECT_EQ(trajectory[0].translation, Eigen::Vector3d(-0.1, 0.5, 3));
-  EXPECT_TRUE(
-      trajectory[0].rotation.isApprox(Eigen::Vector3d(-1, -1, 1).asDiagonal().toDenseMatrix()));
+  EXPECT_EQ(trajectory[0].translation, cv::Vec3d(-0.1, 0.5, 3));
+  EXPECT_LT(cv::norm(trajectory[0].rotation - cv::Matx33d(-1, 0, 0, 0, -1, 0, 0, 0, 1)), 1e-12);
   EXPECT_EQ(trajectory[1].timestamp_s, 3.5);
-  EXPECT_TRUE(trajectory[1].rotation.isIdentity());
-  EXPECT_TRUE((trajectory[2].rotation.transpose() * trajectory[2].rotation).isIdentity(1e-12));
+  EXPECT_EQ(trajectory[1].rotation, cv::Matx33d::eye());
+  const cv::Matx33d& turn = trajectory[2].rotation;
+  EXPECT_LT(cv::norm(turn.t() * turn - cv::Matx33d::eye()), 1e-12);
 }
 
 /// Turns by a third around (1, 1, 1), so that no two axes may be swapped.
@@ -112,10 +109,9 @@ TEST(Trajectory, ReadsTheFormsOfTumEurocAndKitti) {
     ASSERT_EQ(file.trajectory.size(), 1U);
     const TimedPose& pose = file.trajectory[0];
     EXPECT_NEAR(pose.timestamp_s, c.first_s, 1e-6);
-    EXPECT_EQ(pose.translation, Eigen::Vector3d(1, 2, 3));
-    const Eigen::Matrix3d turn = (Eigen::Matrix3d() << 0, 0, 1, 1, 0, 0, 0, 1, 0).finished();
-    EXPECT_TRUE(pose.rotation.isApprox(c.what[0] == 'K' ? turn : Eigen::Matrix3d(turn.transpose())))
-        << pose.rotation;
+    EXPECT_EQ(pose.translation, cv::Vec3d(1, 2, 3));
+    const cv::Matx33d turn(0, 0, 1, 1, 0, 0, 0, 1, 0);
+    EXPECT_LT(cv::norm(pose.rotation - (c.what[0] == 'K' ? turn : turn.t())), 1e-12);
     EXPECT_EQ(file.has_times, c.what[0] != 'K');
   }
   const std::string row = "1 0 0 0 0 1 0 0 0 0 1 0\n";
@@ -172,10 +168,10 @@ TEST(Trajectory, RefusesToWriteInvalidPoses) {
   trajectory[0].timestamp_s = 0;
   trajectory[1].rotation *= 1.01;
   expect_refused(trajectory, "not orthonormal");
-  trajectory[1].rotation = -Eigen::Matrix3d::Identity();
+  trajectory[1].rotation = cv::Matx33d::eye() * -1.0;
   expect_refused(trajectory, "not orthonormal");
-  trajectory[1].rotation = Eigen::Matrix3d::Identity();
-  trajectory[1].translation.x() = std::numeric_limits<double>::quiet_NaN();
+  trajectory[1].rotation = cv::Matx33d::eye();
+  trajectory[1].translation[0] = std::numeric_limits<double>::quiet_NaN();
   expect_refused(trajectory, "finite metres");
 }
 
@@ -198,7 +194,7 @@ TEST_F(TrajectoryData, ReadsTumGroundTruth) {
   const Trajectory fr3 = read_trajectory(data("tum_fr3_walking_halfsphere_50") / "groundtruth.txt");
   ASSERT_EQ(fr3.size(), 3582U);
   EXPECT_EQ(fr3.front().timestamp_s, 1341846434.8269);
-  EXPECT_EQ(fr3.front().translation, Eigen::Vector3d(-0.5177, -2.9045, 1.5365));
+  EXPECT_EQ(fr3.front().translation, cv::Vec3d(-0.5177, -2.9045, 1.5365));
   const Trajectory fr1 = read_trajectory(data("tum_fr1_xyz_120") / "groundtruth.txt");
   ASSERT_EQ(fr1.size(), 3000U);
   EXPECT_EQ(fr1.back().timestamp_s, 1305031128.7555);
@@ -226,7 +222,7 @@ TEST(TrajectoryFlaws, RowsWithNanAreSkippedInEveryColumn) {
       const TrajectoryFile file =
           read("# t\n1 0 0 0 0 0 0 1\n" + row + "\n3 5 0 0 0 0 0 1\n" + row + "\n");
       ASSERT_EQ(file.trajectory.size(), 2U);
-      EXPECT_EQ(file.trajectory[1].translation.x(), 5);
+      EXPECT_EQ(file.trajectory[1].translation[0], 5);
       expect_rows(file.flaws.not_a_number, 2, 3);
     }
   }
@@ -241,7 +237,7 @@ TEST(TrajectoryFlaws, LastRowOfARepeatedTimeWins) {
       "1341846251.4687 4 0 0 0 0 0 1\n"
       "1341846251.4587 5 0 0 0 0 0 1\n");
   ASSERT_EQ(file.trajectory.size(), 3U);
-  EXPECT_EQ(file.trajectory[1].translation.x(), 5);
+  EXPECT_EQ(file.trajectory[1].translation[0], 5);
   expect_rows(file.flaws.repeated_time, 2, 3);
   expect_rows(file.flaws.time_goes_back, 1, 5);
 }
@@ -253,7 +249,7 @@ TEST(TrajectoryFlaws, RowsOutOfOrderAreSortedAndCounted) {
   ASSERT_EQ(file.trajectory.size(), 4U);
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_EQ(file.trajectory[i].timestamp_s, static_cast<double>(i));
-    EXPECT_EQ(file.trajectory[i].translation.x(), static_cast<double>(i));
+    EXPECT_EQ(file.trajectory[i].translation[0], static_cast<double>(i));
   }
   expect_rows(file.flaws.time_goes_back, 2, 2);
   expect_rows(file.flaws.repeated_time, 0, 0);
@@ -298,7 +294,7 @@ TEST(TrajectoryFlaws, AreHandledLikeTumsScripts) {
     }
     const TrajectoryFile file = read(text.str());
     std::map<double, double> ours;
-    for (const TimedPose& pose : file.trajectory) ours[pose.timestamp_s] = pose.translation.x();
+    for (const TimedPose& pose : file.trajectory) ours[pose.timestamp_s] = pose.translation[0];
     ASSERT_EQ(ours, kept_by_tum(rows)) << text.str();
     const TrajectoryFlaws& flaws = file.flaws;
     EXPECT_EQ(rows.size(), file.trajectory.size() + flaws.not_a_number.count +

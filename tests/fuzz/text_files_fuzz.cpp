@@ -39,9 +39,9 @@ std::string check_trajectory(const std::string& text) {
   for (std::size_t i = 0; i < read.size(); ++i) {
     const TimedPose& pose = read[i];
     if (!detail::is_time_in_seconds(pose.timestamp_s)) return "a time that is no time";
-    if (!pose.translation.allFinite()) return "a place that is not finite";
-    const Eigen::Matrix3d product = pose.rotation * pose.rotation.transpose();
-    if (!product.isIdentity(1e-9)) return "a rotation that is none";
+    if (!std::isfinite(cv::norm(pose.translation))) return "a place that is not finite";
+    const cv::Matx33d product = pose.rotation * pose.rotation.t();
+    if (cv::norm(product - cv::Matx33d::eye()) > 1e-9) return "a rotation that is none";
     if (i > 0 &&
         detail::microseconds(pose.timestamp_s) < detail::microseconds(read[i - 1].timestamp_s)) {
       return "times that fall";

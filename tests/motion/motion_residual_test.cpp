@@ -13,15 +13,15 @@ namespace {
 constexpr double unlimited_m = std::numeric_limits<double>::infinity();
 const Camera tum_camera{535, 539, 320, 247};
 
-RelativePose pose_of(const cv::Vec3d& turn, const cv::Vec3d& translation) {
-  RelativePose pose;
+Pose pose_of(const cv::Vec3d& turn, const cv::Vec3d& translation) {
+  Pose pose;
   pose.rotation = {1, -turn[2], turn[1], turn[2], 1, -turn[0], -turn[1], turn[0], 1};
   pose.translation = translation;
   return pose;
 }
 
 /// Oracle: tries depths, equally spaced in their inverse.
-double tried_residual(const RelativePose& pose, cv::Point2d now, cv::Point2d then,
+double tried_residual(const Pose& pose, cv::Point2d now, cv::Point2d then,
                       const DepthInterval& depth) {
   constexpr int steps = 200000;
   double least = unlimited_m;
@@ -45,7 +45,7 @@ TEST(MotionResidual, IsTheLeastDistanceOverAllDepths) {
   cv::RNG random(3);
   for (int i = 0; i < 60; ++i) {
     const auto draw = [&](double reach) { return random.uniform(-reach, reach); };
-    const RelativePose pose =
+    const Pose pose =
         pose_of({draw(0.05), draw(0.05), draw(0.05)}, {draw(0.1), draw(0.1), draw(0.1)});
     const cv::Point2d now(random.uniform(0.0, 640.0), random.uniform(0.0, 480.0));
     const cv::Point2d then = now + cv::Point2d(draw(40), draw(40));
@@ -64,7 +64,7 @@ TEST(MotionResidual, IsTheLeastDistanceOverAllDepths) {
 
 TEST(MotionResidual, IgnoresDepthsBehindTheEarlierCamera) {
   // The camera moved 1 m back: what is nearer than 1 m now was behind it then.
-  RelativePose pose;
+  Pose pose;
   pose.translation = {0, 0, -1};
   const cv::Point2d now(400, 300), then(460, 340);
   const auto residual = motion_residual(tum_camera, pose, now, then, {0.4, 3});
@@ -74,7 +74,7 @@ TEST(MotionResidual, IgnoresDepthsBehindTheEarlierCamera) {
 }
 
 TEST(MotionResidual, IsZeroForAStaticPointAtItsDepth) {
-  const RelativePose pose = pose_of({0.01, -0.02, 0.005}, {0.03, -0.01, 0.02});
+  const Pose pose = pose_of({0.01, -0.02, 0.005}, {0.03, -0.01, 0.02});
   const cv::Point2d now(123, 321);
   const auto then = tum_camera.project(pose * tum_camera.point(now, 1.7));
   EXPECT_NEAR(motion_residual(tum_camera, pose, now, *then, {1.7, 1.7})->distance_px, 0, 1e-9);
@@ -86,7 +86,7 @@ TEST(MotionResidual, IsZeroForAStaticPointAtItsDepth) {
 
 /// At the edge of a thing that moves, a depth between it and the wall would explain its motion.
 TEST(MotionResidual, IsNotHiddenByTheDepthsOfAGap) {
-  const RelativePose pose = pose_of({0, 0, 0}, {0.02, 0, 0});
+  const Pose pose = pose_of({0, 0, 0}, {0.02, 0, 0});
   const cv::Point2d now(300, 200);
   const cv::Point3d thing = tum_camera.point(now, 1.3) - cv::Point3d(0.005, 0, 0);
   const cv::Point2d then = *tum_camera.project(pose * thing);

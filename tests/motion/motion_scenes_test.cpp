@@ -113,7 +113,7 @@ TEST(MotionApproach, IsNotTheCamerasNorNoise) {
 }
 
 TEST(DepthResidual, IsTheDistanceBetweenTheIntervals) {
-  RelativePose forward;  // the camera was 0.2 m behind: everything was farther from it
+  Pose forward;  // the camera was 0.2 m behind: everything was farther from it
   forward.translation = {0, 0, 0.2};
   const cv::Point3d point(0.3, -0.1, 2);
   const DepthInterval now{1.9, 2.1}, unknown;
@@ -128,7 +128,7 @@ TEST(DepthResidual, IsTheDistanceBetweenTheIntervals) {
 TEST(DepthResidual, IsZeroForStaticPointsThroughAnyMotion) {
   cv::RNG random(3);
   for (int i = 0; i < 200; ++i) {
-    RelativePose pose;
+    Pose pose;
     const double angle = random.uniform(-0.3, 0.3);
     pose.rotation = {std::cos(angle),  0, std::sin(angle), 0, 1, 0,
                      -std::sin(angle), 0, std::cos(angle)};

@@ -4,8 +4,8 @@
 #include "dynfilter/motion/relative_pose.hpp"
 
 #include "dynfilter/camera.hpp"
+#include "dynfilter/detail/rotation.hpp"
 #include "lab/scenes/scene_levels.hpp"
-#include "motion/rotation.hpp"
 #include "support/test.hpp"
 
 namespace dynfilter::testing {
@@ -14,12 +14,9 @@ namespace {
 Camera without_distortion(const SequenceCamera& c) { return {c.fx, c.fy, c.cx, c.cy}; }
 
 /// Returns then_from_now of two poses of the camera in the world.
-RelativePose motion_between(const CameraPose& now, const CameraPose& then) {
-  return {then.rotation.t() * now.rotation,
-          then.rotation.t() * (now.translation - then.translation)};
-}
+Pose motion_between(const Pose& now, const Pose& then) { return then.inverse() * now; }
 
-double rotation_between(const RelativePose& a, const RelativePose& b) {
+double rotation_between(const Pose& a, const Pose& b) {
   const cv::Matx33d turn = a.rotation * b.rotation.t();
   const cv::Vec3d axis(turn(2, 1) - turn(1, 2), turn(0, 2) - turn(2, 0), turn(1, 0) - turn(0, 1));
   return std::asin(std::min(1.0, cv::norm(axis) / 2));
@@ -29,7 +26,7 @@ double rotation_between(const RelativePose& a, const RelativePose& b) {
 /// the features and shifts by `mover_m` between the frames.
 struct Case {
   Camera camera;
-  RelativePose truth;
+  Pose truth;
   std::vector<PoseObservation> observations;
 };
 
@@ -196,7 +193,7 @@ TEST(RelativePose, FindsTheTurnOfACameraThatOnlyTurns) {
   Workspace workspace;
   const Case turn = partly_moved(0), move = partly_moved(1);
   const RelativePoseEstimator estimator(turn.camera);
-  RelativePose start;
+  Pose start;
   start.translation = {0.1, 0, 0};  // to be left out
   const RelativePoseEstimate found =
       estimator.estimate_turn(turn.observations, start, {}, workspace);
@@ -230,7 +227,7 @@ TEST(RelativePose, IsTheSameInAnyOrderAndWorkspace) {
   Case some = rendered_case(0.25, {0.01, 0, 0}, 0.3, 60, 57);
   const RelativePoseEstimator estimator(some.camera);
   Workspace workspace, other;
-  const RelativePose first = estimator.estimate(some.observations, {}, {}, workspace).pose;
+  const Pose first = estimator.estimate(some.observations, {}, {}, workspace).pose;
   std::reverse(some.observations.begin(), some.observations.end());
   std::rotate(some.observations.begin(), some.observations.begin() + 77, some.observations.end());
   EXPECT_EQ(estimator.estimate(some.observations, {}, {}, workspace).pose.rotation, first.rotation);
@@ -240,9 +237,9 @@ TEST(RelativePose, IsTheSameInAnyOrderAndWorkspace) {
 
 TEST(RelativePose, ComposesMotions) {
   const SyntheticScene scene(scene_level("static", 11));
-  const RelativePose one = motion_between(scene.pose(9), scene.pose(8));
-  const RelativePose other = motion_between(scene.pose(8), scene.pose(5));
-  const RelativePose both = motion_between(scene.pose(9), scene.pose(5));
+  const Pose one = motion_between(scene.pose(9), scene.pose(8));
+  const Pose other = motion_between(scene.pose(8), scene.pose(5));
+  const Pose both = motion_between(scene.pose(9), scene.pose(5));
   EXPECT_LT(cv::norm((other * one).translation - both.translation), 1e-12);
   EXPECT_LT(cv::norm((other * one).rotation - both.rotation), 1e-12);
 }

@@ -53,10 +53,8 @@ inline const std::vector<Shot>& shots(double speed_m_s) {
 
 /// Returns what a host knows exactly of the motion into a frame of a scene.
 inline PosePrior exact_prior(const SyntheticScene& scene, int frame) {
-  const CameraPose now = scene.pose(frame), then = scene.pose(frame - 1);
   PosePrior prior;
-  prior.pose = {then.rotation.t() * now.rotation,
-                then.rotation.t() * (now.translation - then.translation)};
+  prior.pose = scene.pose(frame - 1).inverse() * scene.pose(frame);
   prior.is_trusted = true;
   return prior;
 }

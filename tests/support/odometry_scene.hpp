@@ -38,16 +38,7 @@ inline Rendered render(const SyntheticScene& scene) {
   Rendered rendered{scene.camera(), {}, {}};
   for (int i = 0; i < scene.size(); ++i) {
     rendered.frames.push_back(scene.render(i));
-    const dynfilter::CameraPose& pose = rendered.frames.back().pose;
-    dynfilter::TimedPose timed;
-    timed.timestamp_s = scene.timestamp_s(i);
-    for (int row = 0; row < 3; ++row) {
-      timed.translation[row] = pose.translation[row];
-      for (int column = 0; column < 3; ++column) {
-        timed.rotation(row, column) = pose.rotation(row, column);
-      }
-    }
-    rendered.truth.push_back(timed);
+    rendered.truth.push_back({scene.pose(i), scene.timestamp_s(i)});
   }
   return rendered;
 }

@@ -4,25 +4,42 @@
 #ifndef DYNFILTER_EVALUATION_TRAJECTORY_HPP
 #define DYNFILTER_EVALUATION_TRAJECTORY_HPP
 
+#include <cstddef>
 #include <filesystem>
+#include <string>
 #include <vector>
 
-#include <Eigen/Core>
-
-#include "dynfilter/evaluation/trajectory_rows.hpp"
+#include "dynfilter/pose.hpp"
 
 namespace dynfilter {
 
-/// Pose of the camera at a time: a point p in the camera's frame lies at rotation * p + translation
-/// in the world. For header-only code, because Eigen's alignment depends on the compiler's flags.
-struct TimedPose {
-  double timestamp_s = 0;                                  ///< seconds
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< orthonormal
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();   ///< metres
+/// Pose of the camera at a time: takes a point of the camera's frame into the world.
+struct TimedPose : Pose {
+  double timestamp_s = 0;  ///< seconds
 };
 
 /// Poses ordered by their times, which are distinct.
 using Trajectory = std::vector<TimedPose>;
+
+/// Rows of a file that share one flaw.
+struct FlawedRows {
+  std::size_t count = 0;       ///< number of rows
+  std::size_t first_line = 0;  ///< number of the first such line; 0 = none
+
+  /// Counts one more row. Rows may come in any order.
+  void add(std::size_t line) {
+    if (count == 0 || line < first_line) first_line = line;
+    ++count;
+  }
+};
+
+/// Flaws of a trajectory file that could be read nevertheless. TUM's own files have such rows.
+struct TrajectoryFlaws {
+  FlawedRows not_a_number;     ///< a value is NaN; skipped
+  FlawedRows zero_quaternion;  ///< qx qy qz qw are all 0; skipped
+  FlawedRows repeated_time;    ///< same time as an earlier row, which it replaces
+  FlawedRows time_goes_back;   ///< earlier than the row before; sorted by time
+};
 
 /// Trajectory with the flaws of its file.
 struct TrajectoryFile {
@@ -41,23 +58,10 @@ struct TrajectoryFile {
 /// Throws std::runtime_error that names file and line for a row of other columns, a value that is
 /// neither a finite number nor NaN, and a quaternion whose length is not 1 within 10 %; and for a
 /// file that cannot be read or has no usable row. O(n log n).
-inline TrajectoryFile read_trajectory_file(const std::filesystem::path& path) {
-  const detail::TrajectoryRows read = detail::read_trajectory_rows(path);
-  TrajectoryFile file;
-  file.flaws = read.flaws;
-  file.has_times = read.has_times;
-  for (const detail::TrajectoryRow& row : read.rows) {
-    using Rotation = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-    file.trajectory.push_back({row.timestamp_s, Eigen::Map<const Rotation>(row.rotation.val),
-                               Eigen::Map<const Eigen::Vector3d>(row.translation.val)});
-  }
-  return file;
-}
+TrajectoryFile read_trajectory_file(const std::filesystem::path& path);
 
 /// Reads a trajectory like read_trajectory_file, without its flaws.
-inline Trajectory read_trajectory(const std::filesystem::path& path) {
-  return read_trajectory_file(path).trajectory;
-}
+Trajectory read_trajectory(const std::filesystem::path& path);
 
 /// Writes a trajectory in this format: times with 6 decimals, positions with 7, quaternions with 9
 /// and a scalar that is not negative, no comment, no trailing blank. Replaces an existing file.
@@ -65,19 +69,15 @@ inline Trajectory read_trajectory(const std::filesystem::path& path) {
 /// Throws std::invalid_argument, before the file is touched, for a pose that is not finite, a
 /// rotation that is not orthonormal to 1e-3, and times that do not increase by at least a
 /// microsecond. Throws std::runtime_error that names the file if it cannot be written.
-inline void write_trajectory(const std::filesystem::path& path, const Trajectory& trajectory) {
-  std::vector<detail::TrajectoryRow> rows;
-  for (const TimedPose& pose : trajectory) {
-    const Eigen::Matrix3d& r = pose.rotation;
-    const Eigen::Vector3d& t = pose.translation;
-    rows.push_back(
-        {pose.timestamp_s,
-         {r(0, 0), r(0, 1), r(0, 2), r(1, 0), r(1, 1), r(1, 2), r(2, 0), r(2, 1), r(2, 2)},
-         {t.x(), t.y(), t.z()}});
-  }
-  detail::write_trajectory_rows(path, rows);
-}
+void write_trajectory(const std::filesystem::path& path, const Trajectory& trajectory);
 
+namespace detail {
+
+/// Returns one row of a trajectory file. Throws std::invalid_argument, in the name of `component`,
+/// for a pose that read_trajectory would refuse.
+std::string trajectory_row(const TimedPose& pose, const char* component);
+
+}  // namespace detail
 }  // namespace dynfilter
 
 #endif  // DYNFILTER_EVALUATION_TRAJECTORY_HPP

@@ -18,6 +18,7 @@
 #include <Eigen/SVD>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/rotation.hpp"
 #include "dynfilter/evaluation/association.hpp"
 #include "dynfilter/evaluation/trajectory.hpp"
 
@@ -66,10 +67,8 @@ inline ErrorSummary summarise_errors(std::vector<double> errors) {
 }
 
 /// Alignment of an estimate with the truth: truth = scale * rotation * estimate + translation.
-struct Alignment {
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< orthonormal
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();   ///< metres
-  double scale = 1.0;                                      ///< scale; 1 unless with_scale
+struct Alignment : Pose {
+  double scale = 1.0;  ///< scale; 1 unless with_scale
 };
 
 namespace detail {
@@ -81,15 +80,13 @@ inline std::vector<double> times_of(const Trajectory& trajectory) {
   return times;
 }
 
-/// Tells whether the columns differ.
-inline bool has_extent(const Eigen::Matrix3Xd& positions) {
-  return (positions.colwise() - positions.col(0)).squaredNorm() > 0;
-}
-
-/// Aligns the columns by least squares. If all estimated positions coincide, the scale stays 1.
-/// Throws std::runtime_error if only a scale of 0 fits.
+/// Aligns positions, three rows of equally many columns, by least squares. If all estimated ones
+/// coincide, the scale stays 1. Throws std::runtime_error if only a scale of 0 fits.
 inline Alignment align(const Eigen::Matrix3Xd& estimate, const Eigen::Matrix3Xd& truth,
                        bool with_scale) {
+  const auto has_extent = [](const Eigen::Matrix3Xd& positions) {
+    return (positions.colwise() - positions.col(0)).squaredNorm() > 0;
+  };
   const bool fits_scale = with_scale && has_extent(estimate);
   const Eigen::Matrix4d transform = Eigen::umeyama(estimate, truth, fits_scale);
   Alignment alignment;
@@ -99,8 +96,12 @@ inline Alignment align(const Eigen::Matrix3Xd& estimate, const Eigen::Matrix3Xd&
         "absolute_trajectory_error: no scale makes the estimate like the true positions; want a "
         "camera that moves, or no scale");
   }
-  alignment.rotation = transform.topLeftCorner<3, 3>() / alignment.scale;
-  alignment.translation = transform.topRightCorner<3, 1>();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      alignment.rotation(row, column) = transform(row, column) / alignment.scale;
+    }
+    alignment.translation[row] = transform(row, 3);
+  }
   return alignment;
 }
 
@@ -112,22 +113,6 @@ inline std::size_t nearest_index(const std::vector<double>& sorted, double value
   const auto below = std::prev(above);
   const bool take_below = above == sorted.end() || value - *below <= *above - value;
   return static_cast<std::size_t>((take_below ? below : above) - sorted.begin());
-}
-
-inline Eigen::Isometry3d isometry_of(const TimedPose& pose) {
-  Eigen::Isometry3d isometry = Eigen::Isometry3d::Identity();
-  isometry.linear() = pose.rotation;
-  isometry.translation() = pose.translation;
-  return isometry;
-}
-
-inline Eigen::Isometry3d motion(const TimedPose& from, const TimedPose& to) {
-  return isometry_of(from).inverse() * isometry_of(to);
-}
-
-inline double angle_deg(const Eigen::Matrix3d& rotation) {
-  constexpr double degrees = 57.29577951308232;
-  return std::abs(Eigen::AngleAxisd(rotation).angle()) * degrees;
 }
 
 }  // namespace detail
@@ -166,19 +151,19 @@ inline AbsoluteTrajectoryError absolute_trajectory_error(const Trajectory& estim
   }
   const auto count = static_cast<Eigen::Index>(pairs.size());
   Eigen::Matrix3Xd estimated(3, count), true_ones(3, count);
-  AbsoluteTrajectoryError result;
   Eigen::Index column = 0;
   for (const auto& [i, j] : pairs) {
-    estimated.col(column) = estimate[i].translation;
-    true_ones.col(column++) = truth[j].translation;
+    estimated.col(column) = Eigen::Map<const Eigen::Vector3d>(estimate[i].translation.val);
+    true_ones.col(column++) = Eigen::Map<const Eigen::Vector3d>(truth[j].translation.val);
   }
+  AbsoluteTrajectoryError result;
   result.alignment = detail::align(estimated, true_ones, options.with_scale);
   const Alignment& alignment = result.alignment;
   std::vector<double> errors;
-  for (column = 0; column < count; ++column) {
-    const Eigen::Vector3d aligned =
-        alignment.scale * (alignment.rotation * estimated.col(column)) + alignment.translation;
-    errors.push_back((aligned - true_ones.col(column)).norm());
+  for (const auto& [i, j] : pairs) {
+    const cv::Vec3d aligned =
+        alignment.scale * (alignment.rotation * estimate[i].translation) + alignment.translation;
+    errors.push_back(cv::norm(aligned - truth[j].translation));
   }
   result.translation_m = summarise_errors(std::move(errors));
   return result;
@@ -210,6 +195,7 @@ struct RelativePoseError {
 /// interval or scale that is not above 0. O(n log n).
 inline RelativePoseError relative_pose_error(const Trajectory& estimate, const Trajectory& truth,
                                              const RelativeErrorOptions& options = {}) {
+  constexpr double degrees = 57.29577951308232;
   constexpr detail::OptionCheck require("relative_pose_error");
   require(options.interval_frames > 0 || (options.interval_s > 0 && options.interval_s < INFINITY),
           "interval_s", options.interval_s, "a finite number above 0");
@@ -234,11 +220,11 @@ inline RelativePoseError relative_pose_error(const Trajectory& estimate, const T
     const TimedPose* from = true_pose(i);
     const TimedPose* to = true_pose(j);
     if (from == nullptr || to == nullptr) continue;
-    Eigen::Isometry3d estimated = detail::motion(estimate[i], estimate[j]);
-    estimated.translation() *= options.scale;
-    const Eigen::Isometry3d error = estimated * detail::motion(*from, *to).inverse();
-    translations.push_back(error.translation().norm());
-    rotations.push_back(detail::angle_deg(error.linear()));
+    Pose estimated = estimate[i].inverse() * estimate[j];
+    estimated.translation *= options.scale;
+    const Pose error = estimated * (from->inverse() * *to).inverse();
+    translations.push_back(cv::norm(error.translation));
+    rotations.push_back(detail::angle_of(error.rotation) * degrees);
   }
   if (translations.size() < 2) {
     throw std::runtime_error(detail::concatenate(

@@ -12,27 +12,10 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/camera.hpp"
+#include "dynfilter/pose.hpp"
 #include "dynfilter/workspace.hpp"
 
 namespace dynfilter {
-
-/// Motion of the camera between two frames: point_then = rotation * point_now + translation, for a
-/// static point in the camera's frame at either time.
-struct RelativePose {
-  cv::Matx33d rotation = cv::Matx33d::eye();  ///< from the present frame to the earlier one
-  cv::Vec3d translation = {0, 0, 0};          ///< metres
-
-  /// Returns a point of the present frame in the earlier one.
-  cv::Point3d operator*(const cv::Point3d& point) const {
-    const cv::Vec3d moved = rotation * cv::Vec3d(point) + translation;
-    return {moved[0], moved[1], moved[2]};
-  }
-
-  /// Returns the motion over both: earlier_from_then * then_from_now.
-  RelativePose operator*(const RelativePose& then_from_now) const {
-    return {rotation * then_from_now.rotation, rotation * then_from_now.translation + translation};
-  }
-};
 
 /// One feature that was followed into an earlier frame, where its depth is known now.
 struct PoseObservation {
@@ -42,7 +25,7 @@ struct PoseObservation {
 
 /// Expected motion, and how far an estimate may be from it.
 struct PosePrior {
-  RelativePose pose;                ///< expected motion, from the present frame to the earlier one
+  Pose pose;                        ///< takes a point of the present frame into the earlier one
   double max_translation_m = 0.01;  ///< above 0
   double max_rotation_rad = 0.02;   ///< above 0
   /// Whether the pose counts as known: then an estimate is trusted even if most features disagree.
@@ -51,7 +34,7 @@ struct PosePrior {
 
 /// Answer of RelativePoseEstimator.
 struct RelativePoseEstimate {
-  RelativePose pose;  ///< the prior's, or else the start, where there was no answer
+  Pose pose;  ///< the prior's, or else the start, where there was no answer
   /// Robust scale of the residuals, pixels: 1.4826 times the median of those that agree.
   double scale_px = 0;
   /// Share of the sample within 3.5 times the scale, which counts up to 3 px.
@@ -97,16 +80,14 @@ class RelativePoseEstimator {
   /// a pose that is not finite or whose rotation is none, for limits that are not above 0, and for
   /// an observation that is not finite or not in front of the camera. Allocates nothing with a
   /// warm workspace. O(n).
-  RelativePoseEstimate estimate(const std::vector<PoseObservation>& observations,
-                                const RelativePose& start, const std::optional<PosePrior>& prior,
-                                Workspace& workspace) const;
+  RelativePoseEstimate estimate(const std::vector<PoseObservation>& observations, const Pose& start,
+                                const std::optional<PosePrior>& prior, Workspace& workspace) const;
 
   /// Returns the pose of a camera that only turns, in the same way: `start` without its
   /// translation is refined by rotations. It is not trusted where `prior` allows no such pose.
   /// Throws as `estimate`, and costs a quarter of its hypotheses.
   RelativePoseEstimate estimate_turn(const std::vector<PoseObservation>& observations,
-                                     const RelativePose& start,
-                                     const std::optional<PosePrior>& prior,
+                                     const Pose& start, const std::optional<PosePrior>& prior,
                                      Workspace& workspace) const;
 
  private:

@@ -40,8 +40,14 @@ void require_descriptors(const cv::Mat& descriptors, std::size_t features) {
 }
 
 dynfilter::TimedPose timed(double timestamp_s, const Pose& pose) {
-  const Pose camera_to_world = pose.inverse();
-  return {timestamp_s, camera_to_world.rotation, camera_to_world.translation};
+  dynfilter::TimedPose timed{{}, timestamp_s};  // camera to world
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      timed.rotation(row, column) = pose.rotation(column, row);
+    }
+    timed.translation[row] = pose.centre()[row];
+  }
+  return timed;
 }
 
 }  // namespace

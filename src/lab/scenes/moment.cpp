@@ -301,7 +301,7 @@ Moment moment_at(const SyntheticSceneOptions& options, double elapsed_s) {
 
 cv::Mat1b moving_pixels(const World& world, const Moment& now, const Moment& before,
                         const Rendering& rendering, const SequenceCamera& camera,
-                        const CameraPose& pose) {
+                        const Pose& pose) {
   const double min_moved_m = min_moving_m_s * (now.elapsed_s - before.elapsed_s);
   const int first_box = static_cast<int>(world.blocks.size());
   cv::Mat1b moving(rendering.surface.size(), std::uint8_t{0});

@@ -62,7 +62,6 @@ struct Rendering;
 /// Marks the pixels whose surface point moved between two moments, by at least 0.02 m/s on average:
 /// CV_8UC1, 255 or 0. `rendering` is the view of `now`. O(pixels).
 cv::Mat1b moving_pixels(const World& world, const Moment& now, const Moment& before,
-                        const Rendering& rendering, const SequenceCamera& camera,
-                        const CameraPose& pose);
+                        const Rendering& rendering, const SequenceCamera& camera, const Pose& pose);
 
 }  // namespace dynfilter::scene

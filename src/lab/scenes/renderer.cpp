@@ -19,7 +19,7 @@ constexpr double reflection = 0.40;   // share of the room that still surfaces m
 /// Lists the bodies that may be visible in each tile of the image, so that a ray tests few of them.
 class Tiles {
  public:
-  Tiles(const SequenceCamera& camera, const CameraPose& pose)
+  Tiles(const SequenceCamera& camera, const Pose& pose)
       : camera_(camera),
         pose_(pose),
         columns_((camera.image_size.width + tile_px - 1) / tile_px),
@@ -66,7 +66,7 @@ class Tiles {
   }
 
   const SequenceCamera& camera_;
-  const CameraPose& pose_;
+  const Pose& pose_;
   int columns_, rows_;
   std::vector<std::vector<int>> tiles_;
 };
@@ -78,8 +78,7 @@ struct Hit {
 
 class View {
  public:
-  View(const World& world, const Moment& moment, const SequenceCamera& camera,
-       const CameraPose& pose)
+  View(const World& world, const Moment& moment, const SequenceCamera& camera, const Pose& pose)
       : world_(world), moment_(moment), camera_(camera), pose_(pose), tiles_(camera, pose) {
     const std::size_t blocks = world.blocks.size() + moment.boxes.size();
     for (std::size_t i = 0; i < blocks; ++i) {
@@ -207,7 +206,7 @@ class View {
   const World& world_;
   const Moment& moment_;
   const SequenceCamera& camera_;
-  const CameraPose& pose_;
+  const Pose& pose_;
   Tiles tiles_;
 };
 
@@ -249,7 +248,7 @@ void smooth_row(const View& view, int y, Rendering& out) {
 }  // namespace
 
 Rendering render(const World& world, const Moment& moment, const SequenceCamera& camera,
-                 const CameraPose& pose) {
+                 const Pose& pose) {
   const cv::Size size = camera.image_size;
   Rendering out{cv::Mat3f(size), cv::Mat1f(size), cv::Mat1f(size), cv::Mat1i(size)};
   const View view(world, moment, camera, pose);

@@ -27,7 +27,7 @@ struct World {
 };
 
 /// Returns the camera's pose some seconds after frame 0: smooth sines with seeded phases.
-CameraPose camera_at(const SyntheticSceneOptions& options, double elapsed_s);
+Pose camera_at(const SyntheticSceneOptions& options, double elapsed_s);
 
 /// The surface that a pixel's ray hits: a face of the room, a face of a block, or a part of a
 /// person. Boxes that move have the numbers after the world's blocks.
@@ -57,7 +57,7 @@ struct Rendering {
 };
 
 Rendering render(const World& world, const Moment& moment, const SequenceCamera& camera,
-                 const CameraPose& pose);
+                 const Pose& pose);
 
 /// Adds the sensor's noise to the colour image and rounds to bytes.
 cv::Mat3b expose(const cv::Mat3f& colour, std::uint64_t key);

@@ -94,7 +94,7 @@ double SyntheticScene::timestamp_s(int index) const {
   return 1.0 + elapsed_s(index);
 }
 
-CameraPose SyntheticScene::pose(int index) const {
+Pose SyntheticScene::pose(int index) const {
   require_index(*this, index);
   return scene::camera_at(options(), elapsed_s(index));
 }

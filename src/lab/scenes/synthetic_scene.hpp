@@ -8,6 +8,7 @@
 
 #include <dynfilter/evaluation/sequence_camera.hpp>
 #include <dynfilter/frame.hpp>
+#include <dynfilter/pose.hpp>
 #include <dynfilter/segmentation.hpp>
 #include <opencv2/core.hpp>
 
@@ -94,14 +95,6 @@ struct SyntheticSceneOptions {
   double mask_rate_hz = 0;
 };
 
-/// Pose of the camera in the world: point_world = rotation * point_camera + translation. The camera
-/// looks along its z axis; its x axis points right and its y axis down. The world's z axis points
-/// up from the floor.
-struct CameraPose {
-  cv::Matx33d rotation;   ///< from the camera's axes to the world's
-  cv::Vec3d translation;  ///< position of the camera, metres
-};
-
 /// Rendered frame; owns its pixels.
 struct SyntheticFrame {
   /// Frame as a Kinect measures it: BGR image, and CV_16UC1 depth of 5000 units per metre with
@@ -120,7 +113,9 @@ struct SyntheticFrame {
   /// Pixels whose surface moves in this frame: its point is at least 0.02 m/s away from where it
   /// was one frame earlier. CV_8UC1, 255 or 0; persons, their limbs one by one, and boxes.
   cv::Mat moving_mask;
-  CameraPose pose;  ///< exact pose
+  /// Exact pose of the camera in the world. The camera looks along its z axis; its x axis points
+  /// right and its y axis down. The world's z axis points up from the floor.
+  Pose pose;
   /// Exact depth of every pixel: CV_32FC1, metres along the optical axis.
   cv::Mat exact_depth_m;
 };
@@ -151,7 +146,7 @@ class SyntheticScene {
   double timestamp_s(int index) const;
 
   /// Returns the exact pose of a frame, without rendering it. Throws like timestamp_s. O(1).
-  CameraPose pose(int index) const;
+  Pose pose(int index) const;
 
   /// Renders a frame; frame.id is the index. Throws like timestamp_s. O(pixels): about 0.15 s of
   /// one core at 640x480, twice that with stale masks.

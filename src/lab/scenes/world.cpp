@@ -198,7 +198,7 @@ World::World(const SyntheticSceneOptions& options)
   }
 }
 
-CameraPose camera_at(const SyntheticSceneOptions& options, double elapsed_s) {
+Pose camera_at(const SyntheticSceneOptions& options, double elapsed_s) {
   const double strength = options.camera == CameraMotion::none ? 0 : 1;
   const double rate = options.camera == CameraMotion::three_times_as_fast ? 3 : 1;
   const double shift = options.camera == CameraMotion::turns_only ? 0 : 1;
@@ -210,7 +210,7 @@ CameraPose camera_at(const SyntheticSceneOptions& options, double elapsed_s) {
   const double yaw = radians(coordinate(3, 4.5));
   const double pitch = radians(coordinate(4, 3.0) - 4.0);
   const double roll = radians(coordinate(5, 1.8));
-  CameraPose pose;
+  Pose pose;
   pose.rotation = level * turn_about(1, yaw) * turn_about(0, pitch) * turn_about(2, roll);
   pose.translation = {shift * coordinate(0, 0.36), shift * coordinate(1, 0.24),
                       camera_height_m + shift * coordinate(2, 0.20)};
