@@ -19,8 +19,8 @@
 /// the dynamic classes, grown by margin_px, and the culler's static mask. An instance without a
 /// mask covers nothing, even if it has a box.
 ///
-/// Pixels that a mask missed are included only if `refined`, which needs depth, has corrected the
-/// segmentation. (The paper's EdgeCompensator needs measured features on
+/// Pixels that a mask missed are included only if `refined` (mask_refiner.hpp), which needs depth,
+/// has corrected the segmentation. (The paper's EdgeCompensator needs measured features on
 /// the mask, and before detection there are none.) If the host also lets its features be filtered,
 /// do that as well.
 ///
@@ -34,7 +34,6 @@
 
 #include <opencv2/core.hpp>
 
-#include "dynfilter/depth_compensator.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/mask_painting.hpp"
 #include "dynfilter/filter_input.hpp"
@@ -117,20 +116,6 @@ inline cv::Mat depth_with_holes(const cv::Mat& depth, const Segmentation& segmen
   detail::paint_dynamic_pixels(mask, 255, segmentation, culler);
   cv::Mat result = depth.clone();
   result.setTo(cv::Scalar::all(0), mask);
-  return result;
-}
-
-/// Returns the segmentation with the masks of dynamic objects corrected by the frame's depth, see
-/// DepthCompensator::refined; without depth they stay. Throws std::invalid_argument for malformed
-/// input.
-inline Segmentation refined(const FrameView& frame, const Segmentation& segmentation,
-                            const MaskCuller& culler = MaskCuller()) {
-  const DepthCompensator rule;
-  Segmentation result = segmentation;
-  for (std::size_t k = 0; k < segmentation.instances.size(); ++k) {
-    if (!culler.is_dynamic(segmentation.instances[k].class_id)) continue;
-    result.instances[k] = rule.refined(frame, segmentation, k);
-  }
   return result;
 }
 

@@ -8,7 +8,7 @@
 
 #include "arrays.hpp"
 #include "bindings.hpp"
-#include "dynfilter/depth_compensator.hpp"
+#include "dynfilter/mask_refiner.hpp"
 
 namespace dynfilter::python {
 namespace {
@@ -75,14 +75,18 @@ Raises ValueError for another type, a malformed segmentation and sizes that diff
   module.def(
       "refined",
       [](const FrameView& frame, const Segmentation& segmentation,
-         const std::vector<int>& dynamic_classes) {
+         const std::vector<int>& dynamic_classes, double half_width_m) {
         const MaskCuller culler = culler_of(dynamic_classes, 0, py::none());
+        DepthCompensatorOptions options;
+        options.half_width_m = half_width_m;
         const py::gil_scoped_release unlock;
-        return refined(frame, segmentation, culler);
+        return refined(frame, segmentation, culler, options);
       },
       py::arg("frame"), py::arg("segmentation"), py::kw_only(), classes,
+      py::arg("half_width_m") = DepthCompensatorOptions().half_width_m,
       R"(Returns the segmentation with the masks of dynamic objects corrected by the frame's depth,
-pixel by pixel, as CompensationRule.depth judges features. Without depth, masks stay.
+pixel by pixel, as CompensationRule.depth judges features. Without depth, masks stay. The options are
+DynamicFilter's.
 
 Raises ValueError for a malformed frame or segmentation.)");
 }

@@ -19,6 +19,7 @@
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/host_masks.hpp"
 #include "dynfilter/mask_culler.hpp"
+#include "dynfilter/mask_refiner.hpp"
 #include "dynfilter/motion/motion_filter.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"

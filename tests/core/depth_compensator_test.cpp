@@ -75,7 +75,7 @@ TEST(DepthCompensator, FollowsDepthThatIsShiftedAgainstTheMask) {
   EXPECT_EQ(scene.at(395, 210).reason, Reason::compensated);
   EXPECT_EQ(scene.at(405, 210).reason, Reason::untouched) << "the image shows the wall there";
   EXPECT_EQ(scene.measured().depth_shift_px, 12);
-  const Instance refined = DepthCompensator().refined(scene.frame, scene.segmentation, 0);
+  const Instance refined = scene.refined();
   for (int x = 280; x < 372; ++x) EXPECT_TRUE(refined.covers({x, 300})) << x << ", in either image";
   EXPECT_FALSE(refined.covers({270, 300}));
   EXPECT_FALSE(refined.covers({381, 300}));
@@ -215,39 +215,36 @@ TEST(DepthCompensator, CautionBeginsAtHalfOfFewFeaturesAtTheShareOrAt300) {
 
 TEST(DepthCompensator, RefinedMaskCoversTheLimb) {
   DepthScene scene;
-  const DepthCompensator compensator(scene.options);
   const cv::Mat depth = scene.frame.depth.clone(), mask = scene.person().mask.clone();
-  const Instance refined = compensator.refined(scene.frame, scene.segmentation, 0);
-  EXPECT_TRUE(refined.covers({390, 210}));
-  EXPECT_TRUE(refined.covers({300, 300}));
-  EXPECT_FALSE(refined.covers({410, 300})) << "the wall";
-  EXPECT_EQ(refined.box, scene.box);
-  Segmentation holes = dynfilter::refined(scene.frame, scene.segmentation);
-  EXPECT_TRUE(holes.instances[0].covers({390, 210}));
-  Segmentation chair = scene.segmentation;
-  chair.instances[0].class_id = 56;
-  EXPECT_FALSE(dynfilter::refined(scene.frame, chair).instances[0].covers({390, 210}));
-  EXPECT_EQ(depth_with_holes(scene.frame.depth, holes).at<std::uint16_t>(210, 390), 0);
+  const Segmentation refined = dynfilter::refined(scene.frame, scene.segmentation);
+  EXPECT_TRUE(refined.instances[0].covers({390, 210}));
+  EXPECT_TRUE(refined.instances[0].covers({300, 300}));
+  EXPECT_FALSE(refined.instances[0].covers({410, 300})) << "the wall";
+  EXPECT_EQ(refined.instances[0].box, scene.box);
+  EXPECT_EQ(depth_with_holes(scene.frame.depth, refined).at<std::uint16_t>(210, 390), 0);
   scene.filtered();
   EXPECT_EQ(cv::norm(depth, scene.frame.depth, cv::NORM_INF), 0) << "input stays as it is";
   EXPECT_EQ(cv::norm(mask, scene.person().mask, cv::NORM_INF), 0);
+  scene.person().class_id = 56;
+  EXPECT_FALSE(scene.refined().covers({390, 210})) << "a chair is not dynamic";
+  scene.person().class_id = 0;
+  scene.set_depth(scene.limb, 1.9);
+  EXPECT_TRUE(scene.refined().covers({390, 210}));
+  scene.options.half_width_m = 0.3;
+  EXPECT_FALSE(scene.refined().covers({390, 210})) << "the options are the filter's";
   for (const cv::Mat& unknown : {cv::Mat(scene.size, CV_16UC1, cv::Scalar(0)), cv::Mat()}) {
     scene.frame.depth = unknown;
-    const Instance same = compensator.refined(scene.frame, scene.segmentation, 0);
-    EXPECT_EQ(same.mask.data, scene.person().mask.data);
-    EXPECT_EQ(same.mask_origin, scene.person().mask_origin);
+    EXPECT_EQ(scene.refined().mask.data, scene.person().mask.data);
+    EXPECT_EQ(scene.refined().mask_origin, scene.person().mask_origin);
   }
-  expect_error<std::invalid_argument>(
-      [&] { (void)compensator.refined(scene.frame, scene.segmentation, 1); },
-      "DepthCompensator::refined: got instance 1; want an index below 1");
 }
 
-TEST(DepthCompensator, RefinesTheInstanceAskedFor) {
+TEST(DepthCompensator, RefinesEachInstanceByItsOwnDepth) {
   DepthScene scene;
   const cv::Rect other(40, 150, 80, 250);
   scene.set_depth(other, 2.5);
   scene.segmentation.instances.push_back(Instance::from_box(other, 0, 0.8F));
-  const Instance refined = DepthCompensator().refined(scene.frame, scene.segmentation, 0);
+  const Instance refined = scene.refined();
   EXPECT_TRUE(refined.covers({300, 300}));
   EXPECT_FALSE(refined.covers({80, 300}));
 }
@@ -287,7 +284,7 @@ TEST(DepthCompensator, MatchesTheOracleAtAllLimits) {
     if (seed % 4 == 1) input.options.compensator.depth = {1e6, 1e6, 0, 1e6, 1};
     ASSERT_EQ(check_filter(input), "") << "seed " << seed;
     compensated += DepthRuleOracle(input).filter.instances[0].compensated;
-    DepthCompensator().refined(input.frame, input.segmentation, 0);
+    (void)refined(input.frame, input.segmentation);
   }
   EXPECT_GT(compensated, 300U);
 }
@@ -364,6 +361,19 @@ TEST(DepthCompensator, FeaturesVoteForThoseWithoutDepth) {
   EXPECT_FALSE(labels.is_removed(at(276, 300))) << "at his edge";
   EXPECT_FALSE(labels.is_removed(at(404, 300)));
   EXPECT_GT(labels[at(276, 300)].score, labels[at(404, 300)].score);
+}
+
+/// Votes would take minutes.
+TEST(DepthCompensator, HundredThousandFeaturesInOnePlaceHaveNoVotes) {
+  ColumnScene scene;
+  const std::size_t usual = scene.input.keypoints.size();
+  for (int i = 0; i < 100000; ++i) {
+    scene.input.keypoints.emplace_back(cv::Point(362 + i % 50, 230 + i / 50 % 60), 31.0F);
+    scene.input.depths_m->push_back(0);
+  }
+  const FeatureLabels labels = labels_of(scene.input);
+  EXPECT_GT(labels.statistics().masked, 0U);
+  for (std::size_t i = usual; i < labels.size(); ++i) ASSERT_EQ(labels[i].score, 0);
 }
 
 }  // namespace

@@ -143,8 +143,9 @@ TEST(DynamicFilter, RefinedMaskCoversTheRemovedFeatures) {
     const FeatureLabels labels = filtered(input);
     const InstanceStatistics& statistics = labels.statistics().instances[0];
     if (statistics.compensation != Compensation::applied) continue;
-    const DepthCompensator compensator(input.options.compensator.depth);
-    const Instance refined = compensator.refined(input.frame, input.segmentation, 0);
+    const Instance refined = dynfilter::refined(input.frame, input.segmentation, MaskCuller(),
+                                                input.options.compensator.depth)
+                                 .instances[0];
     const cv::Rect reach(refined.mask_origin, refined.mask.size());
     for (std::size_t i = 0; i < labels.size(); ++i) {
       const cv::Point pixel = FeaturesView(input.keypoints).pixel(i);

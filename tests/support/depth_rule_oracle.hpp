@@ -263,6 +263,7 @@ struct DepthRuleOracle {
       if (owns(o, place_of(o, pixel), z)) return ++times[has_image ? "by depth" : "by column"], 1;
       if (near_mask(o, pixel, o.margin)) return ++times["by margin"], 1;
       if (z > 0 && (!has_image || z < o.m + h)) return 0;
+      if (!has_image && pixels.size() > 10000) return 0;
       const double sum = has_image ? nearness(o, place_of(o, pixel)) : votes(o, pixel);
       const bool is_in_shadow = sum >= 0.45 && near_mask(o, pixel, o.margin + 9 * scale);
       const double needed = !has_image || is_in_shadow ? 0.9 : 0.45;

@@ -5,6 +5,7 @@
 
 #include "dynfilter/depth_compensator.hpp"
 #include "dynfilter/mask_culler.hpp"
+#include "dynfilter/mask_refiner.hpp"
 #include "dynfilter/pipeline.hpp"
 #include "support/test.hpp"
 
@@ -65,6 +66,10 @@ struct DepthScene {
   FeatureLabels filtered() const {
     return Pipeline(MaskCuller(culler), DepthCompensator(options))
         .apply(frame, segmentation, points);
+  }
+
+  Instance refined() const {
+    return dynfilter::refined(frame, segmentation, MaskCuller(culler), options).instances[0];
   }
 
   InstanceStatistics measured() const { return filtered().statistics().instances[0]; }

@@ -3,9 +3,9 @@
 
 // dynfilter masks --format colmap|static|dynamic: mask images for other systems.
 
-#include "dynfilter/depth_compensator.hpp"
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/host_masks.hpp"
+#include "dynfilter/mask_refiner.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "support/program.hpp"
 #include "support/small_scene_test.hpp"
@@ -101,11 +101,7 @@ TEST_F(ProgramMaskImages, RefinedMasksFollowTheRuleDepth) {
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const FrameView frame = sequence.read(i);
     const Segmentation masks = source.segment(frame);
-    Segmentation refined = masks;
-    for (std::size_t k = 0; k < masks.instances.size(); ++k) {
-      refined.instances[k] = DepthCompensator().refined(frame, masks, k);
-    }
-    const cv::Mat want = dynamic_pixels(refined);
+    const cv::Mat want = dynamic_pixels(refined(frame, masks));
     EXPECT_TRUE(equal(read_gray(out("refined") / (sequence.entry(i).stem + ".png")), want));
     differs = differs || !equal(want, dynamic_pixels(masks));
   }

@@ -1,0 +1,211 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_DETAIL_SURFACE_RULE_HPP
+#define DYNFILTER_DETAIL_SURFACE_RULE_HPP
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/detail/depth_object.hpp"
+#include "dynfilter/detail/rectangles.hpp"
+
+namespace dynfilter::detail {
+
+/// Surfaces of a frame, divided between its objects and their surroundings, on a grid of cells. A
+/// cell has the depth of its middle pixel. A step is a difference of depth between neighbours; each
+/// cell goes to the side from which it is reached over the smallest steps.
+class SurfaceGrid {
+ public:
+  enum Owner { nobody, surroundings, an_object };
+
+  struct Cell {
+    double depth_m = 0;
+    double step_m = -1;  // the largest on the way from a seed; -1: a seed, or no depth
+    Owner owner = nobody;
+  };
+
+  /// Reserves the cells that any objects in a frame of this size may need.
+  static void reserve(const DepthRuleFrame& frame, std::vector<Cell>& cells) {
+    cells.reserve(SurfaceGrid(frame, min_cell_px * frame.scale, cells).size());
+  }
+
+  /// Floods the surfaces from the seeds: the objects' surfaces, and all that lies outside their
+  /// extents. Sweeps forth and back over the cells, twice; ways that turn more often are not found.
+  SurfaceGrid(const DepthRuleFrame& frame, const std::vector<DepthObject>& objects,
+              std::vector<Cell>& cells)
+      : SurfaceGrid(frame, cell_px(frame, objects), cells) {
+    cv::Rect area;
+    for (const DepthObject& object : objects) area |= object.extent;
+    area = clip_grown(area, side_, side_, frame.size);  // with a ring of surroundings
+    cells.assign(size(), Cell());
+    for (int y = area.y / side_ * side_ + side_ / 2; y < area.br().y; y += side_) {
+      for (int x = area.x / side_ * side_ + side_ / 2; x < area.br().x; x += side_) {
+        const double depth_m = frame.depth_at({x, y});
+        if (depth_m > 0) cells[cell_of({x, y})] = seed({x, y}, depth_m, objects);
+      }
+    }
+    const std::size_t first = cell_of(area.tl()), end = cell_of(area.br()) + 1;
+    for (int round = 0; round < 2; ++round) {
+      for (std::size_t i = first; i < end; ++i) relax(cells[i], -1);
+      for (std::size_t i = end; i-- > first;) relax(cells[i], 1);
+    }
+  }
+
+  /// Whether the surface at a pixel of depth z belongs to an object of depth m:
+  ///
+  ///     step to the objects - step to the surroundings <= 1/4 (half_width_m - |z - m|).
+  ///
+  /// So what lies at the object's depth needs a smoother way to the surroundings to be theirs, and
+  /// what lies before or behind it needs a smoother way to the object to be its.
+  bool is_objects(const DepthObject& object, cv::Point pixel, double depth_m) const {
+    const double allowed_m =
+        step_per_depth * (object.frame->half_width_m - std::abs(depth_m - object.depth_m));
+    if (!(depth_m > 0) || allowed_m < -max_step_m) return false;
+    double steps_m[] = {max_step_m, max_step_m, max_step_m};  // to each owner
+    const Cell* const middle = &cells_[cell_of(pixel)];
+    for (const int row : {-columns_, 0, columns_}) {
+      for (const Cell* cell = middle + row - 1; cell <= middle + row + 1; ++cell) {
+        const double step_m = std::max(cell->step_m, std::abs(depth_m - cell->depth_m));
+        steps_m[cell->owner] = std::min(steps_m[cell->owner], step_m);
+      }
+    }
+    return steps_m[an_object] - steps_m[surroundings] <= allowed_m;
+  }
+
+ private:
+  // Larger cells miss arms, and gaps between persons; smaller ones take longer to flood.
+  static constexpr double max_cell_px = 16, min_cell_px = 6;
+  // At larger steps, the flood leaves an object for the wall behind it.
+  static constexpr double max_step_m = 0.2;
+  // A larger weight removes a desk at the object's depth, whatever it is connected with.
+  static constexpr double step_per_depth = 0.25;
+
+  /// Lays the cells: row by row, with a frame of cells without depth around the image.
+  SurfaceGrid(const DepthRuleFrame& frame, double cell_px, std::vector<Cell>& cells)
+      : side_(std::max(1, static_cast<int>(std::lround(cell_px)))),
+        columns_(frame.size.width / side_ + 3),
+        rows_(frame.size.height / side_ + 3),
+        cells_(cells) {}
+
+  std::size_t size() const {
+    return static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
+  }
+
+  std::size_t cell_of(cv::Point pixel) const {
+    return static_cast<std::size_t>((pixel.y / side_ + 1) * columns_ + pixel.x / side_ + 1);
+  }
+
+  /// Returns the width of the cells: a quarter of the narrowest box, within limits.
+  static double cell_px(const DepthRuleFrame& frame, const std::vector<DepthObject>& objects) {
+    double width = max_cell_px * frame.scale;
+    for (const DepthObject& object : objects) {
+      const cv::Rect& box = object.instance->box;
+      const double quarter = std::min(box.width, box.height) / 4;
+      width = std::min(width, std::max(min_cell_px * frame.scale, quarter));
+    }
+    return width;
+  }
+
+  /// Returns the cell of a pixel before the flood: a seed, or one that nobody owns yet.
+  static Cell seed(cv::Point pixel, double depth_m, const std::vector<DepthObject>& objects) {
+    bool is_outside = true;
+    for (const DepthObject& object : objects) {
+      const bool is_surface = object.seed_box.empty() ? object.covers_depth_pixel(pixel)
+                                                      : object.seed_box.contains(pixel);
+      if (is_surface && object.has_depth(depth_m)) return {depth_m, -1, an_object};
+      is_outside = is_outside && !object.extent.contains(pixel);
+    }
+    if (is_outside) return {depth_m, -1, surroundings};
+    return {depth_m, std::numeric_limits<double>::infinity(), nobody};
+  }
+
+  /// Gives a cell to the best of the four neighbours before it (direction -1) or after it (1). At
+  /// equal steps, objects win.
+  void relax(Cell& cell, int direction) const {
+    if (cell.step_m < 0) return;
+    for (const int offset : {1, columns_ - 1, columns_, columns_ + 1}) {
+      const Cell& from = (&cell)[direction * offset];
+      const double step_m = std::max(from.step_m, std::abs(cell.depth_m - from.depth_m));
+      if (from.owner == nobody || step_m > max_step_m || step_m > cell.step_m) continue;
+      if (step_m == cell.step_m && from.owner <= cell.owner) continue;
+      cell.step_m = step_m;
+      cell.owner = from.owner;
+    }
+  }
+
+  int side_, columns_, rows_;  // pixels of a cell; cells in a row and in a column
+  std::vector<Cell>& cells_;
+};
+
+/// Tells how certainly a pixel belongs to an object, by the surfaces in the depth image.
+class SurfaceRule {
+ public:
+  SurfaceRule(const DepthRuleFrame& frame, const std::vector<DepthObject>& objects,
+              std::vector<SurfaceGrid::Cell>& cells)
+      : frame_(frame), grid_(frame, objects, cells) {}
+
+  /// Returns the depth of a feature at a pixel if it is the object's; 0 if it is unknown.
+  double depth_of(const DepthObject& object, cv::Point pixel, std::size_t /*feature*/ = 0) const {
+    return frame_.depth_at(object.depth_pixel_of(pixel));
+  }
+
+  /// Returns the certainty, 0 to 1, that a pixel of this depth belongs to the object; 1/2 is
+  /// enough. Another surface is kept if it lies before the object or at its depth. Behind it, and
+  /// without depth, there may be its edge or hair, which sensors see through: the enclosure
+  /// decides, and must be twice as large in the strip beside a mask where sensors are blind, its
+  /// shadow.
+  double certainty(const DepthObject& object, cv::Point pixel, double depth_m) const {
+    const cv::Point depth_pixel = object.depth_pixel_of(pixel);
+    if (grid_.is_objects(object, depth_pixel, depth_m)) return 1;
+    if (object.is_beside_mask(pixel, object.margin_px)) return 1;
+    if (depth_m > 0 && depth_m < object.depth_m + frame_.half_width_m) return 0;
+    const double enclosure = enclosure_at(object, depth_pixel);
+    const double shadow_end_px = object.margin_px + shadow_px * frame_.scale;
+    const bool is_in_shadow =
+        enclosure >= min_enclosure && object.is_beside_mask(pixel, shadow_end_px);
+    const double needed = is_in_shadow ? 2 * min_enclosure : min_enclosure;
+    return enclosure < needed ? enclosure / needed / 2 : std::min(1.0, 0.5 + enclosure / 8);
+  }
+
+  /// Whether the surface that the depth image shows at a pixel is the object's.
+  bool is_objects(const DepthObject& object, cv::Point depth_pixel) const {
+    return grid_.is_objects(object, depth_pixel, frame_.depth_at(depth_pixel));
+  }
+
+ private:
+  static constexpr double min_enclosure = 0.45;   // With more, hair without depth is kept.
+  static constexpr double max_enclosure_px = 12;  // With more, wide holes of depth join objects.
+  static constexpr double shadow_px = 9;          // With more, limbs without depth are kept.
+
+  /// Returns how the object encloses a pixel: the sum of 1 / distance over those of eight
+  /// directions in which the first surface, or fresh mask, is the object's.
+  double enclosure_at(const DepthObject& object, cv::Point depth_pixel) const {
+    double enclosure = 0;
+    const int max_distance = frame_.scaled(max_enclosure_px);
+    for (int i = 0; i < 9; ++i) {
+      const cv::Point direction(i % 3 - 1, i / 3 - 1);
+      cv::Point at = depth_pixel + direction;
+      for (int n = 1; n <= max_distance && i != 4; ++n, at += direction) {
+        const double depth_m = frame_.depth_at(at);
+        const bool is_masked = !frame_.is_stale && object.covers_depth_pixel(at);
+        if (depth_m == 0 && !is_masked) continue;
+        if (is_masked || grid_.is_objects(object, at, depth_m)) enclosure += frame_.scale / n;
+        break;
+      }
+    }
+    return enclosure;
+  }
+
+  const DepthRuleFrame& frame_;
+  const SurfaceGrid grid_;
+};
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_SURFACE_RULE_HPP
