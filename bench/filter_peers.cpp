@@ -80,7 +80,7 @@ class NaiveFilter {
 
   std::vector<cv::KeyPoint> filter(cv::Mat& descriptors) const {
     cv::Mat codes = cv::Mat::zeros(input_.frame.depth.size(), CV_8UC1);
-    peers::naive_dense<std::uint16_t>(input_.frame.depth, codes);
+    peers::naive_dense<std::uint16_t>(input_.frame.depth, {0, codes.rows}, codes);
     std::vector<int> owners(input_.keypoints.size(), -1);
     for (std::size_t i = 0; i < owners.size(); ++i) {
       for (std::size_t k = 0; k < masks_.size() && owners[i] < 0; ++k) {

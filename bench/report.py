@@ -1,83 +1,112 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 the dynfilter authors
 # SPDX-License-Identifier: MIT
-"""Reads the output of the benchmarks (--benchmark_out, JSON) and prints their medians as ratios.
+"""Prints the results of a benchmark, which it reads from --benchmark_out's JSON.
 
-usage: report.py FOLDER
+usage: report.py FILE
 
-FOLDER holds depth_lbp.json and filter.json. Prints all medians, then a line `ratio <name> <value>`
-for each measured figure.
+Of depth_lbp_benchmark it prints the table; of others all times, and of filter_benchmark the ratios
+that the README shows. A time is wall time, the least of all runs.
 """
 
 import json
-import os
-import statistics
 import sys
 
 USUAL = "640x480/1000/3"  # image, features, instances
+FILTER_RATIOS = [  # the other, ours, both in words
+    ("peer/orb_extraction/scene", "filter/depth/scene", "ORB extraction / the filter, rule depth"),
+    ("filter/depth/3840x2160/1000/3", f"filter/depth/{USUAL}",
+     "the filter at 3840x2160 / the filter at 640x480, same features"),
+    (f"peer/dilation/{USUAL}", "kept", "culling with dilated masks, as in DynaSLAM / the filter, rule paper"),
+    (f"peer/naive_filter/{USUAL}", "kept",
+     "the same rule, written naively with codes of the whole image / the filter, rule paper"),
+    ("peer/lk_fundamental/scene", "filter/paper/scene",
+     "optical flow and a fundamental matrix, as in DS-SLAM / the filter, rule paper"),
+    (f"limit/memcpy/{USUAL}", "kept", "memcpy of keypoints and descriptors / the filter, rule paper"),
+]
+FORMS = {
+    "dense": "dense",
+    "features": "single features",
+    "features_not_in_cache": "single features, image not in cache",
+}
+DEPTHS = {"u16": "16 bits", "f32": "float"}
+COLUMNS = ["memcpy", "naive_loop", "BGR_to_grey", "dlib_LBP"]  # a new case follows these
 
 
-def medians(path):
-    """Microseconds by name, and the largest number of allocations a frame, if counted."""
+def processor():
+    """Name of this machine's processor."""
+    with open("/proc/cpuinfo", encoding="utf-8") as file:
+        names = [line.split(":")[1].strip() for line in file if line.startswith("model name")]
+    return names[0] if names else "unknown"
+
+
+def times_of(runs):
+    """Microseconds by name."""
     units = {"ns": 1e-3, "us": 1.0, "ms": 1e3, "s": 1e6}
-    times, allocations = {}, []
-    with open(path, encoding="utf-8") as file:
-        for run in json.load(file)["benchmarks"]:
-            if run.get("error_occurred"):
-                sys.exit(f"{run['name']}: {run.get('error_message')}")
-            if run["run_type"] == "iteration":
-                times.setdefault(run["run_name"], []).append(run["cpu_time"] * units[run["time_unit"]])
-                allocations += [run["allocations"]] if "allocations" in run else []
-    return {name: statistics.median(runs) for name, runs in times.items()}, max(allocations, default=None)
+    times = {}
+    for run in runs:
+        if run.get("error_occurred"):
+            sys.exit(f"{run['name']}: {run.get('error_message')}")
+        if run["run_type"] == "iteration":
+            name = run["run_name"].replace("/manual_time", "")
+            time = run.get("fastest_us", run["real_time"] * units[run["time_unit"]])
+            times[name] = min(time, times.get(name, time))
+    return times
 
 
-def ratios_of(times, allocations):
-    """Yields names and values; a value that was not measured is None."""
+def depth_lbp_table(times, cores):
+    """Lines of a table with a row for each <form>/<depth>/<size>/<threads>."""
+    rows = {}
+    for name, time in times.items():
+        form, depth, size, threads, who = name.split("/")
+        key = (list(FORMS).index(form), list(DEPTHS).index(depth), int(size.split("x")[0]), threads)
+        label = f"{FORMS[form]}, {DEPTHS[depth]}, {size}"
+        rows.setdefault(key, {"label": label, "form": form, "threads": threads})[who] = time
+    others = COLUMNS + sorted({name.split("/")[4] for name in times} - {*COLUMNS, "dynfilter"})
+    heads = "".join(f"{who.replace('_', ' '):>13}" for who in others)
+    yield f"D-LBP on {processor()}, {cores} cores: wall time, the least of all runs."
+    yield f"{'':90}times as fast as, on as many threads"
+    yield f"{'':56}{'threads':>8}{'time':>20}{heads}"
+    for _, row in sorted(rows.items()):
+        if "dynfilter" not in row:  # by --benchmark_filter
+            continue
+        ours = row["dynfilter"]
+        # A call computes 1000 features, so microseconds are nanoseconds a feature.
+        time = f"{ours / 1000:.3f} ms" if row["form"] == "dense" else f"{ours:.1f} ns a feature"
+        ratios = [row[who] / ours if who in row else None for who in others]
+        cells = "".join(f"{'-' if r is None else format(r, '.2f' if r < 10 else '.0f'):>13}" for r in ratios)
+        yield f"{row['label']:56}{row['threads']:>8}{time:>20}{cells}"
 
-    def over(above, below):
-        return above / below if above is not None and below else None
 
-    for kind in ["u16", "f32"]:
-        of = lambda name, kind=kind: times.get(f"dense/{kind}/640x480/{name}")
-        for suffix, ours in [("", of("best")), ("_without_avx2", of("without_avx2"))]:
-            yield f"dense_{kind}_vs_mat_at{suffix}", over(of("mat_at"), ours)
-            yield f"dense_{kind}_vs_dlib{suffix}", over(of("dlib"), ours)
-            yield f"dense_{kind}_over_memcpy{suffix}", over(ours, of("memcpy"))
-            yield f"dense_{kind}_over_bgr2gray{suffix}", over(ours, of("bgr2gray"))
-    for cache in ["warm", "cold"]:
-        of = lambda name, cache=cache: times.get(f"sparse/u16/1000/{name}/{cache}")
-        yield f"sparse_u16_vs_naive_{cache}", over(of("naive"), of("codes"))
-    paper, depth = times.get(f"filter/paper/{USUAL}"), times.get(f"filter/depth/{USUAL}")
-    kept, restored = times.get(f"filter_keep/paper/{USUAL}"), times.get(f"limit/restore/{USUAL}")
+def filter_ratios(times):
+    """Lines that the README shows."""
     # Restoring the columns before every frame is not the filter's work. The alternatives compared
     # here also end with the kept rows.
-    with_keep = None if kept is None or restored is None else kept - restored
-    yield "filter_paper_over_memcpy", over(with_keep, times.get(f"limit/memcpy/{USUAL}"))
-    yield "filter_paper_vs_dilation", over(times.get(f"peer/dilation/{USUAL}"), with_keep)
-    yield "filter_paper_vs_naive", over(times.get(f"peer/naive_filter/{USUAL}"), with_keep)
-    yield "filter_paper_vs_lk_f", over(times.get("peer/lk_fundamental/scene"),
-                                       times.get("filter/paper/scene"))
-    yield "filter_paper_4k_over_vga", over(times.get("filter/paper/3840x2160/1000/3"), paper)
-    yield "filter_default_4k_over_vga", over(times.get("filter/depth/3840x2160/1000/3"), depth)
-    yield "filter_default_over_orb", over(times.get("filter/depth/scene"),
-                                          times.get("peer/orb_extraction/scene"))
-    yield "filter_default_ms", over(times.get("filter/depth/scene"), 1000)
-    yield "filter_worst_ms", over(times.get("filter/depth/640x480/16384/100"), 1000)
-    yield "filter_allocations", allocations
+    kept = times[f"filter_keep/paper/{USUAL}"] - times[f"limit/restore/{USUAL}"]
+    times = {**times, "kept": kept}
+    yield (f"The filter, rule depth, 640x480: {times['filter/depth/scene'] / 1000:.2g} ms a frame with "
+           "1000 features and 3 persons,")
+    yield (f"{times['filter/depth/640x480/16384/100'] / 1000:.2g} ms with 16384 features and 100 persons. "
+           f"Processor: {processor()}.")
+    yield "Time of the other / time of ours:"
+    for other, ours, words in FILTER_RATIOS:
+        ratio = times[other] / times[ours]
+        yield f"{ratio:7.3g} {words}" if ratio < 1000 else f"{ratio:7.0f} {words}"
 
 
 def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
-    times, _ = medians(os.path.join(sys.argv[1], "depth_lbp.json"))
-    more, allocations = medians(os.path.join(sys.argv[1], "filter.json"))
-    times.update(more)
-    print("microseconds, medians")
+    with open(sys.argv[1], encoding="utf-8") as file:
+        results = json.load(file)
+    times = times_of(results["benchmarks"])
+    if any(name.startswith("dense/") for name in times):
+        print(*depth_lbp_table(times, results["context"]["num_cpus"]), sep="\n")
+        return
+    print("microseconds, the least of all runs")
     for name in sorted(times):
         print(f"  {name:48} {times[name]:12.2f}")
-    for name, value in ratios_of(times, allocations):
-        if value is not None:
-            print(f"ratio {name} {value:.3g}")
+    print(*filter_ratios(times), sep="\n")
 
 
 main()

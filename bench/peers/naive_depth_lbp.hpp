@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -28,9 +29,10 @@ std::uint8_t naive_code(const cv::Mat& depth, int x, int y) {
   return static_cast<std::uint8_t>(is_measured(centre) ? code : 0U);
 }
 
+/// Computes the codes of some rows. Those of the border stay.
 template <class Depth>
-void naive_dense(const cv::Mat& depth, cv::Mat& codes) {
-  for (int y = 1; y < depth.rows - 1; ++y) {
+void naive_dense(const cv::Mat& depth, const cv::Range& rows, cv::Mat& codes) {
+  for (int y = std::max(rows.start, 1); y < std::min(rows.end, depth.rows - 1); ++y) {
     for (int x = 1; x < depth.cols - 1; ++x) {
       codes.at<std::uint8_t>(y, x) = naive_code<Depth>(depth, x, y);
     }
