@@ -35,8 +35,10 @@ struct PluginCounters {
   /// Masks that could not be obtained while missing_masks is "keep".
   std::size_t mask_failures = 0;
   std::size_t starved = 0;  ///< frames that the filter left with fewer features than the floor
-  /// Frames in which rule depth left the least certain features, because few were left.
+  /// Frames in which rule depth kept the least certain features, because few were left.
   std::size_t cautious = 0;
+  /// Frames that could not be recorded in output_folder. The first is said on standard error.
+  std::size_t not_recorded = 0;
 };
 
 /// Filter for a host that should change as little as possible. It reads its settings from the
@@ -100,7 +102,9 @@ class DYNFILTER_PLUGIN_API Plugin {
   ///
   /// Throws std::invalid_argument for malformed input and std::runtime_error for a mask that is
   /// missing or broken (see the setting missing_masks). If it throws, even for lack of memory,
-  /// keypoints and descriptors are unchanged. A frame filtered again gets the same answer.
+  /// keypoints and descriptors are unchanged. The frame filtered last, with the same features, gets
+  /// the same answer again, or the same error. What is recorded and written to standard error comes
+  /// after the answer, and cannot fail the call.
   FrameStatistics filter(double timestamp_s, const cv::Mat& depth,
                          std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors);
 
@@ -134,6 +138,10 @@ class DYNFILTER_PLUGIN_API Plugin {
   /// the number that is left of it.
   FrameStatistics filter(double timestamp_s, std::vector<cv::KeyPoint>& keypoints,
                          cv::Mat& descriptors, int& pivot);
+
+  /// Begins motion, and the help for a first map, anew: for a host that drops its map. A time that
+  /// goes back does the same. Masks and counters go on.
+  void reset();
 
   /// Returns the counters since construction. A filter that is switched off counts only the calls.
   PluginCounters counters() const;

@@ -3,9 +3,12 @@
 
 #include "yaml_file.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <limits>
 
 #include "dynfilter/detail/errors.hpp"
 #include "io/file_error.hpp"
@@ -20,6 +23,31 @@ std::string text_of(const cv::FileNode& node) {
   return node.isSeq() ? "a list" : node.isMap() ? "a map" : "nothing";
 }
 
+/// Makes whole numbers infinite that int does not hold, because OpenCV would wrap them.
+std::string without_wrapped_numbers(const std::string& text) {
+  using Ints = std::numeric_limits<int>;
+  std::string read;
+  char quote = 0;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find_first_of(" \t\r\n,:[]{}\"'", begin), text.size());
+    const std::string word = text.substr(begin, end - begin);
+    char* rest = nullptr;
+    const long long value = std::strtoll(word.c_str(), &rest, 0);  // saturates
+    const bool is_wide = *rest == 0 && (value < Ints::min() || value > Ints::max());
+    read += !is_wide || quote != 0 ? word : value < 0 ? "-.Inf" : ".Inf";
+    begin = end + 1;
+    if (end == text.size()) break;
+    read += text[end];
+    const bool is_mark = text[end] == '"' || text[end] == '\'';
+    if (text[end] == '\n' || text[end] == quote) {
+      quote = 0;
+    } else if (is_mark && quote == 0) {
+      quote = text[end];
+    }
+  }
+  return read;
+}
+
 }  // namespace
 
 std::string YamlFile::shown(const std::string& key) const { return text_of(find(key)); }
@@ -31,7 +59,7 @@ YamlFile::YamlFile(std::filesystem::path path) : path_(std::move(path)) {
   if (!stream.is_open() || stream.bad()) refuse("cannot be read");
   try {
     // Read from memory: in a path, FileStorage takes everything after a '?' for options.
-    storage_.open(bytes, cv::FileStorage::READ | cv::FileStorage::MEMORY);
+    storage_.open(without_wrapped_numbers(bytes), cv::FileStorage::READ | cv::FileStorage::MEMORY);
     cv::FileNode root;
     for (int document = 0; !(root = storage_.root(document)).empty(); ++document) {
       if (!root.isMap()) continue;

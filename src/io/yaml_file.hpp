@@ -15,7 +15,8 @@ namespace dynfilter::detail {
 
 /// Reads top-level keys of an OpenCV YAML file: a camera file, or a host's settings. Checks only
 /// the keys that are asked for. cv::FileStorage parses, so numbers are what the host reads: 010 is
-/// 8. All errors are std::runtime_error: "<path>: <what is wrong>", and for a wrong value
+/// 8; but what int does not hold is infinite, not wrapped. All errors are std::runtime_error:
+/// "<path>: <what is wrong>", and for a wrong value
 /// "<path>: <key>: got <value>; want <what is right>".
 class YamlFile {
  public:

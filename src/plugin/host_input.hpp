@@ -11,10 +11,10 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "dynfilter/detail/columns.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/keep_static.hpp"
 #include "dynfilter/labels.hpp"
-#include "dynfilter/segmentation.hpp"
 
 namespace dynfilter::detail {
 
@@ -93,19 +93,23 @@ inline void require_matching_sizes(const HostColumns& columns) {
 
 /// Gives the kept features of objects that stand still the object's class, so that a host may
 /// refuse them for its map.
-inline void mark_still(const FeatureLabels& labels, const Segmentation& segmentation,
-                       const HostColumns& columns) {
+inline void mark_still(const FeatureLabels& labels, const HostColumns& columns) {
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (labels[i].reason != Reason::still) continue;
     const auto k = static_cast<std::size_t>(labels[i].instance);
-    columns.keypoints[i].class_id = segmentation.instances[k].class_id;
+    columns.keypoints[i].class_id = labels.statistics().instances[k].class_id;
     if (columns.undistorted) (*columns.undistorted)[i].class_id = columns.keypoints[i].class_id;
   }
 }
 
-/// Drops the removed features. The sizes match, and the descriptors share no data, so that nothing
-/// fails.
-inline void shorten(const FeatureLabels& labels, const HostColumns& columns) {
+/// Drops the removed features from all columns, or from none if it throws. The sizes match.
+inline void drop_removed(const FeatureLabels& labels, const HostColumns& columns) {
+  // Otherwise keep_static would copy shared descriptors, and fail between two columns.
+  if (!columns.descriptors.empty()) unshare(columns.descriptors);
+  if (columns.pivot) {
+    *columns.pivot = static_cast<int>(kept_below(labels, static_cast<std::size_t>(*columns.pivot)));
+  }
+  mark_still(labels, columns);
   keep_static(labels, columns.keypoints);
   if (!columns.descriptors.empty()) keep_static(labels, columns.descriptors);
   if (columns.depths_m) keep_static(labels, *columns.depths_m);

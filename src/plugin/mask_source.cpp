@@ -3,13 +3,19 @@
 
 #include "plugin/mask_source.hpp"
 
+#include <cstdint>
 #include <exception>
-#include <iostream>
+#include <future>
 #include <stdexcept>
 #include <utility>
 
+#include <opencv2/core.hpp>
+
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
+#include "dynfilter/segmenter.hpp"
+#include "dynfilter/segmenters/async_segmenter.hpp"
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
 #include "dynfilter/segmenters/remote_segmenter.hpp"
 #endif
@@ -20,31 +26,131 @@
 namespace dynfilter::detail {
 namespace {
 
-std::shared_ptr<MaskFolderSegmenter> make_folder(const PluginSettings& settings,
-                                                 bool allow_missing) {
-  MaskFolderOptions options = settings.mask_folder_options;
-  options.allow_missing = allow_missing;
-  return std::make_shared<MaskFolderSegmenter>(settings.mask_folder, options);
+/// A mask that is there and cannot be read. No setting helps.
+class BrokenMask : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+FrameMasks segment_now(Segmenter& segmenter, const FrameView& frame) {
+  cv::TickMeter stopwatch;
+  stopwatch.start();
+  FrameMasks masks;
+  masks.segmentation = segmenter.segment(frame);
+  stopwatch.stop();
+  masks.made_s = stopwatch.getTimeSec();
+  return masks;
 }
 
-/// Tells whether the folder could be used if masks might be missing.
-bool would_do_without(const PluginSettings& settings) {
-  if (settings.mask_folder.empty()) return false;
-  try {
-    return make_folder(settings, true) != nullptr;
-  } catch (const std::runtime_error&) {
-    return false;
-  }
+void require_submitted(const FrameView& frame, const std::optional<std::uint64_t>& submitted) {
+  if (submitted == frame.id) return;
+  throw_misuse("Plugin::filter",
+               "a frame of time " + time_text(frame.timestamp_s) + " that was not submitted",
+               "submit(image, time) before filter(time, ...)");
 }
 
-/// Names the settings that help where a mask is missing.
-std::string remedy_of(const PluginSettings& settings) {
-  std::string remedy = " (" + settings.prefix + "missing_masks: \"keep\" continues without";
-  if (!settings.mask_folder.empty()) {
-    remedy += "; " + settings.prefix + "max_time_difference_s takes masks of other times";
+/// Reads masks from a folder: that of a submitted frame in a thread, any other when it is asked
+/// for.
+class ReadAhead final : public MaskSource {
+ public:
+  ReadAhead(const std::string& folder, const MaskFolderOptions& options)
+      : may_be_missing_(options.allow_missing), folder_(folder, options) {}
+
+  void submit(const FrameView& frame) override {
+    if (!folder_.has_mask(frame.timestamp_s)) return;
+    FrameView ahead;  // nobody changes it meanwhile: it has no image
+    ahead.id = frame.id;
+    ahead.timestamp_s = ahead_s_ = frame.timestamp_s;
+    reading_ = std::async(std::launch::async, [this, ahead] {
+      try {
+        return segment_now(folder_, ahead);
+      } catch (const std::exception&) {
+        return FrameMasks();  // it is read again, which tells why it fails
+      }
+    });
   }
-  return remedy + ")";
-}
+
+  FrameMasks masks_for(const FrameView& frame) override {
+    const bool has_mask = folder_.has_mask(frame.timestamp_s);
+    if (!has_mask && may_be_missing_) return {};
+    if (reading_.valid()) {
+      FrameMasks masks = reading_.get();
+      const cv::Size size = frame.image.empty() ? frame.depth.size() : frame.image.size();
+      const bool is_own = masks.segmentation && ahead_s_ == frame.timestamp_s;
+      if (is_own && (size.empty() || size == masks.segmentation->image_size)) return masks;
+    }
+    try {
+      return segment_now(folder_, frame);
+    } catch (const std::runtime_error& error) {
+      if (has_mask) throw BrokenMask(error.what());
+      throw;
+    }
+  }
+
+ private:
+  bool may_be_missing_;
+  MaskFolderSegmenter folder_;
+  double ahead_s_ = 0;
+  std::future<FrameMasks> reading_;  // of the frame of this time; ends first
+};
+
+/// Segments the submitted frame when its masks are asked for, in the calling thread.
+class OnDemand final : public MaskSource {
+ public:
+  explicit OnDemand(std::unique_ptr<Segmenter> segmenter) : segmenter_(std::move(segmenter)) {}
+
+  void submit(const FrameView& frame) override { submitted_ = frame.id; }
+
+  FrameMasks masks_for(const FrameView& frame) override {
+    require_submitted(frame, submitted_);
+    return segment_now(*segmenter_, frame);
+  }
+
+ private:
+  std::unique_ptr<Segmenter> segmenter_;
+  std::optional<std::uint64_t> submitted_;
+};
+
+/// Segments submitted frames in a thread. With HandOver::latest, any frame gets the newest masks.
+class InThread final : public MaskSource {
+ public:
+  InThread(std::unique_ptr<Segmenter> segmenter, const AsyncSegmenterOptions& options)
+      : hand_over_(options.hand_over), thread_(std::move(segmenter), options) {}
+
+  void submit(const FrameView& frame) override {
+    // Nobody asks for an earlier frame any more, which HandOver::wait would keep for ever. If time
+    // went back, the newest masks are those of a frame that is to come.
+    if (hand_over_ == HandOver::wait || frame.timestamp_s < submitted_s_) thread_.reset();
+    thread_.submit(frame);
+    submitted_ = frame.id;
+    submitted_s_ = frame.timestamp_s;
+    failed_.reset();
+  }
+
+  FrameMasks masks_for(const FrameView& frame) override {
+    const bool takes_any = hand_over_ == HandOver::latest;
+    if (!takes_any) require_submitted(frame, submitted_);
+    FrameMasks masks;
+    try {
+      masks.segmentation = thread_.collect(frame.id);
+    } catch (...) {
+      failed_ = frame.id;
+      failure_ = std::current_exception();
+      throw;
+    }
+    // The thread throws a failure once.
+    const bool is_known = masks.segmentation && !takes_any;
+    if (failed_ == frame.id && !is_known) std::rethrow_exception(failure_);
+    if (masks.segmentation) masks.made_s = thread_.statistics().last_inference_s;
+    return masks;
+  }
+
+ private:
+  HandOver hand_over_;
+  AsyncSegmenter thread_;
+  std::optional<std::uint64_t> submitted_, failed_;  // frames
+  double submitted_s_ = 0;
+  std::exception_ptr failure_;  // of the frame that failed
+};
 
 /// Makes the segmenter of settings without a folder.
 std::unique_ptr<Segmenter> make_segmenter([[maybe_unused]] const PluginSettings& settings) {
@@ -61,31 +167,46 @@ std::unique_ptr<Segmenter> make_segmenter([[maybe_unused]] const PluginSettings&
   throw std::logic_error("dynfilter: the settings have no source of masks");
 }
 
-/// Lets a thread read a folder that this one asks, too. Reading changes nothing in the folder.
-class FolderReader final : public Segmenter {
- public:
-  explicit FolderReader(std::shared_ptr<MaskFolderSegmenter> folder) : folder_(std::move(folder)) {}
+std::unique_ptr<MaskSource> make_source(const PluginSettings& settings, bool may_be_missing) {
+  if (!settings.mask_folder.empty()) {
+    MaskFolderOptions options = settings.mask_folder_options;
+    options.allow_missing = may_be_missing;
+    return std::make_unique<ReadAhead>(settings.mask_folder, options);
+  }
+  std::unique_ptr<Segmenter> segmenter = make_segmenter(settings);
+  if (!settings.hand_over) return std::make_unique<OnDemand>(std::move(segmenter));
+  AsyncSegmenterOptions options;
+  options.hand_over = *settings.hand_over;
+  return std::make_unique<InThread>(std::move(segmenter), options);
+}
 
- private:
-  Segmentation do_segment(const FrameView& frame) override { return folder_->segment(frame); }
+/// Tells whether the folder could be used if masks might be missing.
+bool would_do_without(const PluginSettings& settings) {
+  if (settings.mask_folder.empty()) return false;
+  try {
+    return make_source(settings, true) != nullptr;
+  } catch (const std::runtime_error&) {
+    return false;
+  }
+}
 
-  std::shared_ptr<MaskFolderSegmenter> folder_;
-};
+/// Names the settings that help where a mask is missing.
+std::string remedy_of(const PluginSettings& settings) {
+  std::string remedy = " (" + settings.prefix + "missing_masks: \"keep\" continues without";
+  if (!settings.mask_folder.empty()) {
+    remedy += "; " + settings.prefix + "max_time_difference_s takes masks of other times";
+  }
+  return remedy + ")";
+}
 
 }  // namespace
 
-MaskSource::MaskSource(const PluginSettings& settings)
+PluginMasks::PluginMasks(const PluginSettings& settings)
     : origin_(settings.place_of(settings.source()) + ": "),
       remedy_(remedy_of(settings)),
-      continues_without_masks_(settings.missing_masks == "keep"),
-      hand_over_(settings.hand_over) {
+      continues_without_masks_(settings.missing_masks == "keep") {
   try {
-    if (!settings.mask_folder.empty()) {
-      folder_ = make_folder(settings, continues_without_masks_);
-    } else {
-      segmenter_ = make_segmenter(settings);
-      if (hand_over_) start_thread();
-    }
+    source_ = make_source(settings, continues_without_masks_);
   } catch (const std::invalid_argument& error) {  // names an option of the segmenter's
     throw std::runtime_error(origin_ + without_component(error.what()));
   } catch (const std::runtime_error& error) {
@@ -95,90 +216,31 @@ MaskSource::MaskSource(const PluginSettings& settings)
   if (settings.moves_masks) propagator_.emplace();
 }
 
-void MaskSource::start_thread() {
-  AsyncSegmenterOptions options;
-  options.hand_over = hand_over_.value_or(HandOver::wait);
-  if (folder_) {
-    thread_ = std::make_unique<AsyncSegmenter>(std::make_unique<FolderReader>(folder_), options);
-  } else {
-    thread_ = std::make_unique<AsyncSegmenter>(std::move(segmenter_), options);
-  }
+void PluginMasks::submit(const FrameView& frame) {
+  if (answered_s_ == frame.timestamp_s) answered_s_.reset();  // a new image of that time
+  source_->submit(frame);
 }
 
-void MaskSource::submit(const FrameView& frame) {
-  submitted_ = ++frames_;
-  submitted_s_ = frame.timestamp_s;
-  answered_.reset();
-  if (folder_ ? !folder_->has_mask(frame.timestamp_s) : !thread_) return;
-  if (!thread_) start_thread();
-  // Nobody will filter an earlier frame. HandOver::wait would keep it for ever.
-  if (is_uncollected_ && hand_over_.value_or(HandOver::wait) == HandOver::wait) thread_->reset();
-  FrameView numbered = folder_ ? FrameView() : frame;  // the thread copies images
-  numbered.id = frames_;
-  numbered.timestamp_s = frame.timestamp_s;
-  thread_->submit(numbered);
-  is_uncollected_ = true;
+const FrameMasks& PluginMasks::masks_for(const FrameView& frame) {
+  if (answered_s_ == frame.timestamp_s) return masks_;
+  answered_s_.reset();
+  masks_ = find(frame);
+  if (propagator_) masks_.segmentation = propagator_->propagate(frame, masks_.segmentation);
+  answered_s_ = frame.timestamp_s;
+  return masks_;
 }
 
-const std::optional<Segmentation>& MaskSource::masks_for(FrameView frame) {
-  if (answered_ && answered_->timestamp_s == frame.timestamp_s) return answered_->masks;
-  answered_.reset();
-  // A host may filter a frame again after it has released the image.
-  const bool is_submitted =
-      submitted_s_ && (!frame.image.empty() || frame.timestamp_s == *submitted_s_);
-  frame.id = is_submitted ? submitted_ : ++frames_;
-  std::optional<Segmentation> masks = segment_or_continue(frame, is_submitted);
-  if (propagator_) masks = propagator_->propagate(frame, masks);
-  answered_ = {frame.timestamp_s, std::move(masks)};
-  return answered_->masks;
-}
-
-std::optional<Segmentation> MaskSource::segment_or_continue(const FrameView& frame,
-                                                            bool is_submitted) {
-  made_s_.reset();
+FrameMasks PluginMasks::find(const FrameView& frame) {
   try {
-    return segment(frame, is_submitted);
+    return source_->masks_for(frame);
+  } catch (const BrokenMask& error) {
+    throw std::runtime_error(origin_ + error.what());
   } catch (const std::runtime_error& error) {
-    // A mask in a folder that cannot be read stays broken. Missing ones lead here only if they may
-    // not be missing.
-    const bool is_broken =
-        folder_ && (continues_without_masks_ || folder_->has_mask(frame.timestamp_s));
-    if (is_broken || !continues_without_masks_) {
-      throw std::runtime_error(origin_ + error.what() + (is_broken ? "" : remedy_));
-    }
-    if (++failures_ == 1) {
-      std::cerr << "dynfilter: " << origin_ << error.what()
-                << " (this frame, and others that fail, go on without masks)" << std::endl;
-    }
-    return {};
+    if (!continues_without_masks_) throw std::runtime_error(origin_ + error.what() + remedy_);
+    FrameMasks none;
+    none.failure = origin_ + error.what();
+    return none;
   }
-}
-
-std::optional<Segmentation> MaskSource::segment(const FrameView& frame, bool is_submitted) {
-  const bool takes_any = hand_over_ == HandOver::latest;
-  const bool lacks_mask = folder_ && !folder_->has_mask(frame.timestamp_s);
-  if (lacks_mask && continues_without_masks_ && !(takes_any && is_submitted)) return {};
-  if (!folder_ && !is_submitted && !takes_any) {
-    throw_misuse("Plugin::filter",
-                 "a frame of time " + time_text(frame.timestamp_s) + " that was not submitted",
-                 "submit(image, time) before filter(time, ...)");
-  }
-  if (thread_ && (is_submitted || !folder_) && !(lacks_mask && !takes_any)) {
-    is_uncollected_ = false;
-    std::optional<Segmentation> masks = thread_->collect(frame.id);
-    if (masks) made_s_ = thread_->statistics().last_inference_s;
-    const cv::Size size = frame.image.empty() ? frame.depth.size() : frame.image.size();
-    const bool is_own = masks && masks->timestamp_s == frame.timestamp_s &&
-                        (size.empty() || size == masks->image_size);
-    if (hand_over_ || is_own) return masks;
-  }
-  cv::TickMeter stopwatch;
-  stopwatch.start();
-  std::optional<Segmentation> masks =
-      folder_ ? folder_->segment(frame) : segmenter_->segment(frame);
-  stopwatch.stop();
-  made_s_ = stopwatch.getTimeSec();
-  return masks;
 }
 
 }  // namespace dynfilter::detail

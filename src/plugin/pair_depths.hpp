@@ -27,32 +27,24 @@ class PairDepths {
         culler_(settings.filter.mask_culler),
         options_(settings.filter.compensator.depth) {}
 
-  /// Keeps the right image of the frame that is submitted, or that it has none.
-  void submit(const cv::Mat& right_bgr) { right_ = right_bgr; }
-
-  /// Releases the right image.
-  void release() { right_.release(); }
-
-  /// Returns the column of depths for the features, metres: the host's where StereoDepths
-  /// has none. `right_x` has the host's columns in the right image of the features that it
-  /// matched. They tell the product of focal length and baseline. The result is valid until the
-  /// next call.
-  const std::vector<float>& find(const FrameView& frame, const Segmentation& segmentation,
-                                 FeaturesView features, const std::vector<float>& host_depths_m,
-                                 const std::vector<float>& right_x, Workspace& workspace) {
-    if (!is_on_ || right_.empty() || frame.image.empty()) return host_depths_m;
-    stereo_areas(frame, segmentation, culler_, options_, areas_);
-    if (areas_.empty()) return host_depths_m;
-    const double product = focal_baseline(features, host_depths_m, right_x);
-    if (!(product > 0)) return host_depths_m;
-    const StereoPair pair{in_grey(frame.image, left_grey_), in_grey(right_, right_grey_), product};
-    depths_m_ = host_depths_m;
-    stereo_.find(pair, features, areas_, depths_m_, workspace);
+  /// Replaces the host's depths of the features by those that the pair tells, metres. `right` is
+  /// its right image in BGR or grey, and may be empty. `right_x` has the host's columns in it of
+  /// the features that the host matched: they tell the product of focal length and baseline.
+  void find(const FrameView& frame, const cv::Mat& right, const Segmentation& masks,
+            FeaturesView features, const std::vector<float>& right_x, Workspace& workspace,
+            std::vector<float>& depths_m) {
+    if (!is_on_ || right.empty() || frame.image.empty()) return;
+    stereo_areas(frame, masks, culler_, options_, areas_);
+    if (areas_.empty()) return;
+    const double product = focal_baseline(features, depths_m, right_x);
+    if (!(product > 0)) return;
+    const StereoPair pair{in_grey(frame.image, left_grey_), in_grey(right, right_grey_), product};
+    host_depths_m_ = depths_m;
+    stereo_.find(pair, features, areas_, depths_m, workspace);
     // The host may have matched what is nearer than min_depth_m, or at the image's edge.
-    for (std::size_t i = 0; i < depths_m_.size(); ++i) {
-      if (depths_m_[i] == 0) depths_m_[i] = host_depths_m[i];
+    for (std::size_t i = 0; i < depths_m.size(); ++i) {
+      if (depths_m[i] == 0) depths_m[i] = host_depths_m_[i];
     }
-    return depths_m_;
   }
 
  private:
@@ -75,10 +67,10 @@ class PairDepths {
   StereoDepths stereo_;
   MaskCuller culler_;
   DepthCompensatorOptions options_;
-  cv::Mat right_, left_grey_, right_grey_;
+  cv::Mat left_grey_, right_grey_;
   std::vector<cv::Rect> areas_;
   std::vector<double> products_;
-  std::vector<float> depths_m_;
+  std::vector<float> host_depths_m_;
 };
 
 }  // namespace dynfilter::detail

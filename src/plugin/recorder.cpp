@@ -21,10 +21,10 @@ constexpr const char* overlays_name = "overlays";
 constexpr const char* time_columns = ",masks_made_ms,masks_ms,filter_ms";
 
 /// Returns the cells of time_columns.
-std::string time_cells(const FrameTimes& times) {
+std::string time_cells(const FrameAnswer& answer) {
   const auto cell = [](double seconds) { return ',' + fixed_decimals(1e3 * seconds, 3); };
-  return (times.masks_made_s ? cell(*times.masks_made_s) : ",") + cell(times.masks_s) +
-         cell(times.filter_s);
+  return (answer.masks.made_s ? cell(*answer.masks.made_s) : ",") + cell(answer.masks_s) +
+         cell(answer.filter_s);
 }
 
 }  // namespace
@@ -46,14 +46,15 @@ Recorder::Recorder(const fs::path& folder, int overlay_every)
   add_table_row(frame_columns() + time_columns);
 }
 
-void Recorder::record(const FrameView& frame, const Segmentation& segmentation,
-                      FeaturesView features, const FeatureLabels& labels, const FrameTimes& times) {
+void Recorder::record(const FrameView& frame, const FrameAnswer& answer) {
   const std::string time = time_text(frame.timestamp_s);
-  if (overlay_every_ > 0 && frames_ % overlay_every_ == 0 && !frame.image.empty()) {
-    write_overlay(time + ".png", draw_overlay(frame.image, segmentation, features, labels));
-  }
-  add_table_row(frame_cells(time, frame.timestamp_s, labels.statistics()) + time_cells(times));
+  const bool is_drawn = overlay_every_ > 0 && frames_ % overlay_every_ == 0 && !frame.image.empty();
   ++frames_;
+  add_table_row(frame_cells(time, frame.timestamp_s, answer.labels.statistics()) +
+                time_cells(answer));
+  if (!is_drawn) return;
+  const Segmentation masks = answer.masks.segmentation.value_or(Segmentation());
+  write_overlay(time + ".png", draw_overlay(frame.image, masks, answer.points, answer.labels));
 }
 
 void Recorder::write_overlay(const std::string& name, const cv::Mat& overlay) {

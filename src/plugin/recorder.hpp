@@ -5,26 +5,15 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <optional>
 #include <set>
 #include <string>
 
 #include <opencv2/core.hpp>
 
-#include "dynfilter/features.hpp"
 #include "dynfilter/frame.hpp"
-#include "dynfilter/labels.hpp"
-#include "dynfilter/segmentation.hpp"
+#include "plugin/frame_answer.hpp"
 
 namespace dynfilter::detail {
-
-/// Times of a frame in the plugin.
-struct FrameTimes {
-  /// Time to read or make the frame's masks, in whichever thread; nothing if there are none.
-  std::optional<double> masks_made_s;
-  double masks_s = 0;   ///< time for which the host waited for them
-  double filter_s = 0;  ///< time for which the host waited in all, recording excepted
-};
 
 /// Records what the filter does: frames.csv, always complete up to the last frame, and an overlay
 /// of every n-th frame with a known image. Lists these files in `.dynfilter-plugin.txt`. Replaces
@@ -36,10 +25,9 @@ class Recorder {
   /// earlier plugin wrote, and what cannot be removed or written.
   Recorder(const std::filesystem::path& folder, int overlay_every);
 
-  /// Records a frame. Throws std::runtime_error that names what cannot be written; the frame has no
-  /// row then, and the next one may succeed.
-  void record(const FrameView& frame, const Segmentation& segmentation, FeaturesView features,
-              const FeatureLabels& labels, const FrameTimes& times);
+  /// Records a frame. Throws std::runtime_error that names what cannot be written; the next frame
+  /// may succeed.
+  void record(const FrameView& frame, const FrameAnswer& answer);
 
  private:
   void write_overlay(const std::string& name, const cv::Mat& overlay);

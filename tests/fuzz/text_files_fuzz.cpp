@@ -20,7 +20,7 @@
 #include "dynfilter/evaluation/trajectory.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "fuzz/report.hpp"
-#include "plugin/settings_file.hpp"
+#include "plugin/plugin_settings.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace dynfilter::testing {
@@ -105,23 +105,13 @@ std::string check_masks(const std::string& text) {
   return read.image_size == frame.image.size() ? "" : "masks of another size";
 }
 
-/// Reads settings of each type, but does not act on them: they may name folders.
+/// Reads settings as the plugin does, which opens no folder that they name.
 std::string check_settings(const std::string& text) {
-  detail::SettingsFile file(folder().write("settings.yaml", text).string(), "dynfilter");
-  double margin_px = 0;
-  std::size_t floor = 0;
-  bool is_enabled = true;
-  std::string masks;
-  std::vector<int> classes;
-  file.read_number("margin_px", margin_px);
-  file.read_count("floor", floor);
-  file.read_flag("enabled", is_enabled);
-  file.read_text("masks", masks);
-  file.read_choice("rule", {"depth", "paper", "mask"}, masks);
-  file.read_integers("dynamic_classes", classes);
-  const double factor = file.host().number("DepthMapFactor").value_or(1);
-  file.finish();
-  return std::isfinite(margin_px) && std::isfinite(factor) ? "" : "a number that is none";
+  const std::string file = folder().write("settings.yaml", text).string();
+  const detail::PluginSettings settings = detail::read_plugin_settings(file, "dynfilter");
+  const bool is_finite = std::isfinite(settings.filter.mask_culler.margin_px) &&
+                         std::isfinite(settings.depth_units_per_metre);
+  return is_finite ? "" : "a number that is none";
 }
 
 std::string check_file(const std::string& text) {

@@ -84,8 +84,14 @@ class YamlFileTest : public ::testing::Test {
 };
 
 TEST_F(YamlFileTest, ReadsWhatTheHostReads) {
-  const std::pair<const char*, double> numbers[] = {
-      {"0", 0}, {"5000.", 5000}, {"-.5", -0.5}, {"1.5E-3", 0.0015}, {"3 # three", 3}};
+  const std::pair<const char*, double> numbers[] = {{"0", 0},
+                                                    {"5000.", 5000},
+                                                    {"-.5", -0.5},
+                                                    {"1.5E-3", 0.0015},
+                                                    {"3 # 99999999999", 3},
+                                                    {"2147483647", 2147483647},
+                                                    {"-2147483648", -2147483648.0},
+                                                    {"99999999999.", 99999999999.0}};
   for (const auto& [text, value] : numbers) {
     EXPECT_EQ(YamlFile(with(text)).number("key"), value) << text;
   }
@@ -97,7 +103,9 @@ TEST_F(YamlFileTest, ReadsWhatTheHostReads) {
   EXPECT_EQ(file.keys(), (std::vector<std::string>{"first", "key", "last"}));
   EXPECT_TRUE(file.has("key"));
   EXPECT_FALSE(file.has("none"));
-  EXPECT_EQ(YamlFile(with("\"a # b: [ c\"")).text("key"), "a # b: [ c");
+  for (const char* text : {"a # b: [ c", "99999999999", "it's at 99999999999, 'so"}) {
+    EXPECT_EQ(YamlFile(with('"' + std::string(text) + '"')).text("key"), text);
+  }
   EXPECT_EQ(YamlFile(write("%YAML:1.0\nother: 1\n...\n---\nkey: 7\n")).number("key"), 7)
       << "a second document";
 }
@@ -114,10 +122,15 @@ TEST_F(YamlFileTest, ErrorsNameFileKeyValueAndExpectation) {
       {number, "\"3\"", "key: got \"3\"; want a finite number"},
       {number, "{ a: 1 }", "key: got a map; want a finite number"},
       {number, ".Inf", "want a finite number"},
+      {number, "99999999999", "got inf; want a finite number"},
+      {number, "-2147483649 # wraps", "got -inf; want a finite number"},
+      {count, "0x100000001", "got inf; want a whole number"},
+      {count, "99999999999999999999", "got inf; want a whole number"},
       {count, "3.5", "key: got 3.5; want a whole number of at least 0"},
       {count, "-1", "key: got -1; want a whole number of at least 0"},
       {count, "[ 3 ]", "key: got a list; want a whole number"},
       {list, "3", "key: got 3; want a list of whole numbers, as [ 0, 16 ]"},
+      {list, "[ 1,4294967297]", "key: got inf in it; want a list of whole numbers"},
       {list, "[ 1, 2.5 ]", "key: got 2.5 in it; want a list of whole numbers"},
       {text, "10", "key: got 10; want a text in quotes"},
       {text, "1\nkey: 2", "key: got the key twice; want it once"},

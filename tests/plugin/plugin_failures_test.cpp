@@ -16,45 +16,6 @@ namespace fs = std::filesystem;
 
 using PluginFailures = PluginTest;
 
-TEST_F(PluginFailures, FailedOverlayLeavesTheFrameUnchanged) {
-  Plugin plugin(settings(recording()));
-  fs::remove(path("out") / "overlays");
-  const HostFrame frame(0);
-  HostColumns columns(frame);
-  int pivot = 100;
-  plugin.submit(frame.image, frame.timestamp_s);
-  const auto filter = [&] {
-    plugin.filter(frame.timestamp_s, columns.keypoints, columns.descriptors, pivot);
-  };
-  expect_error<std::runtime_error>(filter, "100.000000.png: cannot be written");
-  expect_equal(columns, HostColumns(frame));
-  EXPECT_EQ(pivot, 100);
-
-  fs::create_directory(path("out") / "overlays");
-  filter();
-  EXPECT_LT(pivot, 100);
-  EXPECT_TRUE(fs::exists(path("out") / "overlays" / "100.000000.png"));
-}
-
-TEST_F(PluginFailures, PropagatedMasksSurviveAFailedCall) {
-  Plugin plugin(
-      settings("dynfilter.missing_masks: \"keep\"\ndynfilter.propagate: \"yes\"\n" + recording()));
-  const auto filter = [&](HostFrame& frame) { filter_rgbd(plugin, frame); };
-  for (int i = 0; i < frames; ++i) {
-    HostFrame frame(i);
-    plugin.submit(frame.image, frame.timestamp_s);
-    filter(frame);
-  }
-  HostFrame bridged(frames);  // it has no mask
-  fs::remove_all(path("out") / "overlays");
-  plugin.submit(bridged.image, bridged.timestamp_s);
-  expect_error<std::runtime_error>([&] { filter(bridged); }, "cannot be written");
-  expect_equal(HostColumns(bridged), HostColumns(HostFrame(frames)));
-  fs::create_directory(path("out") / "overlays");
-  filter(bridged);
-  EXPECT_LT(bridged.keypoints.size(), HostFrame(frames).keypoints.size());
-}
-
 // --- Missing and broken masks --------------------------------------------------------------------
 
 TEST_F(PluginFailures, NamesTheKeyOfMissingMasks) {
@@ -141,6 +102,39 @@ TEST_F(PluginFailures, BrokenMaskIsAlwaysAnError) {
       EXPECT_EQ(message.find("missing_masks"), std::string::npos) << message;
     }
     expect_equal(HostColumns(frame), HostColumns(HostFrame(0)));
+  }
+}
+
+TEST_F(PluginFailures, AFrameFilteredAgainFailsAgain) {
+  std::ofstream(masks() / "100.000000.png") << "no image";
+  for (const char* lines : {"", "dynfilter.async: \"wait\"\n"}) {
+    for (const int index : {0, frames}) {  // a broken mask, and none
+      Plugin plugin(settings(lines));
+      submit(plugin, index);
+      for (int k = 0; k < 3; ++k) {
+        expect_error<std::runtime_error>([&] { kept(plugin, index); }, "mask_folder");
+      }
+    }
+  }
+}
+
+TEST_F(PluginFailures, AFrameFilteredAgainGetsItsAnswerThoughItsMaskChanged) {
+  const HostFrame frame(0);
+  const fs::path mask = masks() / "100.000000.png";
+  fs::remove(masks() / "instances.csv");  // then the mask alone says how many there are
+  for (const char* lines : {"", "dynfilter.async: \"wait\"\n", "dynfilter.propagate: 1\n"}) {
+    SCOPED_TRACE(lines);
+    cv::imwrite(mask.string(), cv::Mat1b(image_size, 255));
+    Plugin plugin(settings(lines));
+    submit(plugin, 0);
+    const std::vector<int> answer = kept(plugin, 0);
+    cv::imwrite(mask.string(), cv::Mat1b::zeros(image_size));
+    EXPECT_EQ(kept(plugin, 0), answer);
+    expect_error<std::runtime_error>([&] { kept(plugin, 50); }, "there is no such mask");
+    EXPECT_EQ(kept(plugin, 0), answer) << "another frame failed meanwhile";
+    submit(plugin, 1);
+    EXPECT_EQ(kept(plugin, 0), answer) << "another frame was submitted";
+    EXPECT_EQ(plugin.counters().never_submitted, 0U);
   }
 }
 
@@ -264,23 +258,46 @@ TEST_F(PluginRecordings, NameAFolderThatCannotBeMadeOrChanged) {
   EXPECT_EQ(file_tree(out()).count("frames.csv"), 1U);
 }
 
-TEST_F(PluginRecordings, OnAFullDiskAreAnErrorThatLeavesTheFrame) {
-  Plugin plugin(settings("dynfilter.output_folder: \"" + out().string() + "\"\n"));
-  for (int i = 0; i < 2; ++i) {
-    HostFrame frame(i);
-    const std::size_t count = frame.keypoints.size();
-    plugin.submit(frame.image, frame.timestamp_s);
-    const FileSizeLimit limit(fs::file_size(out() / "frames.csv"));
-    expect_error<std::runtime_error>([&] { filter_rgbd(plugin, frame); },
-                                     "frames.csv: cannot be written");
-    EXPECT_EQ(frame.keypoints.size(), count);
+/// The host gets its answers whatever becomes of the recording, which goes on when it can.
+TEST_F(PluginRecordings, ThatFailAreSaidOnceAndCountedAndCostNoAnswer) {
+  Plugin expected(settings());
+  const std::vector<std::vector<int>> answers = kept_in_frames(expected, 3);
+  const std::pair<const char*, const char*> failures[] = {
+      {"no folder", "frames.csv: cannot be written"},
+      {"no overlays", "100.000000.png: cannot be written"},
+      {"a full disk", "frames.csv: cannot be written"},
+      {"a file of another", "100.000000.png: appeared"}};
+  for (const auto& [what, message] : failures) {
+    SCOPED_TRACE(what);
+    const std::string name = what;
+    fs::remove_all(out());
+    Plugin plugin(settings(recording()));
+    if (name == "no folder") fs::remove_all(out());
+    if (name == "no overlays") fs::remove(out() / "overlays");
+    if (name == "a file of another") write("overlays/100.000000.png", "mine");
+    const std::uintmax_t bytes = name == "a full disk" ? fs::file_size(out() / "frames.csv") : 0;
+    ::testing::internal::CaptureStderr();
+    for (int i = 0; i < 2; ++i) {
+      submit(plugin, i);
+      std::optional<FileSizeLimit> limit;
+      if (bytes > 0) limit.emplace(bytes);
+      EXPECT_EQ(kept(plugin, i), answers[static_cast<std::size_t>(i)]);
+      EXPECT_EQ(kept(plugin, i), answers[static_cast<std::size_t>(i)]) << "again";
+    }
+    const std::string said = ::testing::internal::GetCapturedStderr();
+    EXPECT_NE(said.find(message), std::string::npos) << said;
+    EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
+    const std::size_t failed = name == "a file of another" ? 1 : 2;
+    EXPECT_EQ(plugin.counters().not_recorded, failed);
+    fs::create_directories(out() / "overlays");
+    submit(plugin, 2);
+    EXPECT_EQ(kept(plugin, 2), answers[2]);
+    EXPECT_EQ(plugin.counters().not_recorded, failed) << "it goes on";
+    EXPECT_NE(file_text(out() / "frames.csv").find("100.200000,"), std::string::npos);
+    if (failed == 1) {
+      EXPECT_EQ(file_text(out() / "overlays/100.000000.png"), "mine");
+    }
   }
-  // There is room again.
-  HostFrame frame(2);
-  submit_and_filter(plugin, frame);
-  const std::string table = file_text(out() / "frames.csv");
-  EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 2) << table;
-  EXPECT_NE(table.find("\n100.200000,"), std::string::npos) << table;
 }
 
 TEST_F(PluginRecordings, DrawAFrameAnewThatComesTwice) {
@@ -293,15 +310,6 @@ TEST_F(PluginRecordings, DrawAFrameAnewThatComesTwice) {
   }
   EXPECT_EQ(visible_tree(out()).size(), 2U);
   record(1);  // the list knows the last picture
-}
-
-TEST_F(PluginRecordings, LeaveAFileThatAppearsMeanwhile) {
-  Plugin plugin(settings(recording()));
-  write("overlays/100.000000.png", "mine");
-  HostFrame frame(0);
-  plugin.submit(frame.image, frame.timestamp_s);
-  expect_error<std::runtime_error>([&] { filter_rgbd(plugin, frame); }, "100.000000.png: appeared");
-  EXPECT_EQ(file_text(out() / "overlays/100.000000.png"), "mine");
 }
 
 }  // namespace

@@ -72,8 +72,15 @@ TEST_F(PluginKeys, SetTheHalfWidthOfTheObjectsRange) {
 
 TEST_F(PluginKeys, RefuseWrongValues) {
   const std::pair<std::string, std::string> wrong[] = {
-      {"enabled: 2", "dynfilter.enabled: got 2; want 0 or 1"},
-      {"enabled: \"no\"", "dynfilter.enabled: got \"no\"; want 0 or 1"},
+      {"margin: 3",
+       "there is no setting dynfilter.margin. The settings are: dynfilter.enabled, "
+       "dynfilter.mask_folder, "},
+      {"Rule: \"paper\"", "dynfilter.rule, "},
+      {"enabled: 2", "dynfilter.enabled: got 2; want 0 or 1, or \"no\" or \"yes\""},
+      {"propagate: \"maybe\"", "dynfilter.propagate: got \"maybe\"; want 0 or 1"},
+      {"async: \"late\"", "dynfilter.async: got \"late\"; want one of wait"},
+      {"floor: 99999999999", "dynfilter.floor: got inf; want a whole number of at least 0"},
+      {"dynamic_classes: [ 0, 4294967296 ]", "dynfilter.dynamic_classes: got inf in it"},
       {"margin_px: \"wide\"", "dynfilter.margin_px: got \"wide\"; want a finite number"},
       {"margin_px: .nan", "nan; want a finite number"},
       {"margin_px: -1", "margin_px = -1"},
@@ -107,21 +114,39 @@ TEST_F(PluginKeys, RefuseWrongValues) {
                               "\ndynfilter.mask_folder: \"" + masks().string() + "\"\n";
     expect_refused(folder.write("TUM3.yaml", lines).string(), "DepthMapFactor: got ");
   }
+  for (const char* value : {"1e300", "-1", "4294967297"}) {
+    const std::string lines = "%YAML:1.0\nORBextractor.nFeatures: " + std::string(value) +
+                              "\ndynfilter.mask_folder: \"" + masks().string() + "\"\n";
+    expect_refused(folder.write("TUM3.yaml", lines).string(), "ORBextractor.nFeatures: got ");
+  }
 }
 
-TEST_F(PluginKeys, ListAllOrSayWhatToDoInstead) {
-  const std::pair<std::string, std::string> wrong[] = {
-      {"margin: 3",
-       "there is no setting dynfilter.margin. The settings are: dynfilter.enabled, "
-       "dynfilter.mask_folder, "},
-      {"Rule: \"paper\"", "dynfilter.rule, "},
-      {"shadow_px: 9", "dynfilter.shadow_px is no setting any more; its value is a constant now"},
-      {"object_depth.min_half_width_m: 0.5", "any more; set half_width_m"},
-      {"wait_for_motion: 15", "is_motion_decided()"},
-      {"video: \"film.avi\"", "ffmpeg"},
-      {"depth_offset_s: 0.033", "dynfilter sync --write"}};
-  for (const auto& [line, message] : wrong) {
+TEST_F(PluginKeys, AreRefusedWhereTheyWouldBeIgnored) {
+  const std::pair<std::string, std::string> useless[] = {
+      {"overlay_every: 30", "overlay_every: got 30, but no output_folder; want both, or neither"},
+      {"async: \"latest\"", "async: got \"latest\", but no remote or model"},
+      {"rule: \"paper\"\ndynfilter.half_width_m: 1", "got 1, but no rule: \"depth\""},
+      {"device: \"cuda\"", "dynfilter.device: got \"cuda\", but no model"},
+  };
+  for (const auto& [line, message] : useless) {
     expect_refused(settings("dynfilter." + line + "\n"), message);
+  }
+  expect_refused(raw_settings("dynfilter.remote: \"x\"\ndynfilter.max_time_difference_s: 1\n"),
+                 "max_time_difference_s: got 1, but no mask_folder");
+  EXPECT_NO_THROW(Plugin{settings("dynfilter.overlay_every: 0\n")});
+}
+
+TEST_F(PluginKeys, TakeBothFormsOfYesAndNo) {
+  for (const char* no : {"0", "\"no\"", "no"}) {
+    EXPECT_FALSE(Plugin(settings("dynfilter.enabled: " + std::string(no) + "\n")).enabled());
+  }
+  const std::string camera = "Camera.fy: 535.4\nCamera.cx: 80\nCamera.cy: 60\n";
+  for (const char* yes : {"1", "\"yes\"", "yes"}) {
+    const std::string value = ": " + std::string(yes) + "\n";
+    Plugin plugin(settings(camera + "dynfilter.enabled" + value + "dynfilter.propagate" + value +
+                           "dynfilter.rule: \"mask\"\ndynfilter.motion" + value));
+    HostFrame frame(0);
+    EXPECT_EQ(submit_and_filter(plugin, frame).motion.outcome, MotionOutcome::started);
   }
 }
 

@@ -111,7 +111,8 @@ TEST_F(PluginMotion, DoesWhatTheFilterDoes) {
   EXPECT_GT(given_back, 50U);
 }
 
-/// A host that makes two frames of each image; masks of every third one are moved.
+/// A host that makes two frames of each image, and a third of some of its features; masks of every
+/// third one are moved.
 TEST_F(PluginMotion, JudgesAsOftenWhereEachImageIsFilteredTwice) {
   const SyntheticScene scene(scene_level("medium", 12));
   MaskFolderWriter writer(folder_.path() / "masks");
@@ -139,8 +140,21 @@ TEST_F(PluginMotion, JudgesAsOftenWhereEachImageIsFilteredTwice) {
       EXPECT_EQ(outcomes[i], outcomes[0]);
       EXPECT_EQ(left[i].size(), left[0].size());
     }
+    std::vector<cv::KeyPoint> some = corners_of(rendered.frame.image);
+    some.resize(some.size() / 2);
+    cv::Mat no_descriptors;
+    EXPECT_EQ(twice.filter(time_s, rendered.frame.depth, some, no_descriptors).motion.outcome,
+              MotionOutcome::not_run);
   }
   EXPECT_EQ(twice.counters().never_submitted, 0U);
+  const SyntheticFrame& last = shots.back();
+  std::vector<cv::KeyPoint> corners = corners_of(last.frame.image);
+  cv::Mat no_descriptors;
+  once.reset();
+  once.submit(last.frame.image, last.frame.timestamp_s + 0.03);
+  EXPECT_EQ(once.filter(last.frame.timestamp_s + 0.03, last.frame.depth, corners, no_descriptors)
+                .motion.outcome,
+            MotionOutcome::started);
 }
 
 TEST_F(PluginMotion, SaysThatItNeedsTheImage) {

@@ -144,15 +144,35 @@ FrameStatistics filter_grids(Plugin& plugin, int index, int person_step, int bac
   return plugin.filter(frame.timestamp_s, depths_m, keypoints, descriptors, undistorted, right_x);
 }
 
-TEST_F(PluginTest, GivesBackAsManyFeaturesAsTheFirstMapNeeds) {
+TEST_F(PluginTest, KeepsAsManyFeaturesAsTheFirstMapNeeds) {
   Plugin plugin(settings("dynfilter.motion: 0\n")), other(settings("dynfilter.motion: 0\n"));
-  EXPECT_LT(filter_grids(plugin, 0, 2, 5).kept(), 501U) << "the map may soon be lost";
-  EXPECT_LT(filter_grids(plugin, 2, 2, 5).kept(), 501U) << "0.2 s later";
-  EXPECT_EQ(filter_grids(plugin, 4, 2, 5).kept(), 501U) << "0.4 s later";
-  EXPECT_LT(filter_grids(plugin, 5, 2, 5).kept(), 501U) << "the host has a map";
+  for (const char* begin : {"first", "time goes back", "the host resets"}) {
+    SCOPED_TRACE(begin);
+    EXPECT_LT(filter_grids(plugin, 0, 2, 5).kept(), 501U) << "the map may soon be lost";
+    EXPECT_LT(filter_grids(plugin, 2, 2, 5).kept(), 501U) << "0.2 s later";
+    EXPECT_EQ(filter_grids(plugin, 4, 2, 5).kept(), 501U) << "0.4 s later";
+    EXPECT_LT(filter_grids(plugin, 5, 2, 5).kept(), 501U) << "the host has a map";
+    if (std::string(begin) == "time goes back") plugin.reset();
+  }
   EXPECT_LT(filter_grids(other, 0, 2, 5).kept(), 501U);
   EXPECT_LT(filter_grids(other, 3, 6, 5).kept(), 501U) << "masks alone leave too few";
   EXPECT_LT(filter_grids(other, 4, 2, 5).kept(), 501U) << "the time began anew";
+  EXPECT_LT(filter_grids(other, 1, 2, 5).kept(), 501U) << "time went back before a map";
+  EXPECT_EQ(filter_grids(other, 5, 2, 5).kept(), 501U);
+}
+
+/// An image is that of its frame; a mask file may be further away.
+TEST_F(PluginTest, HasOneRuleForTheTimesOfImagesAndOneForThoseOfMasks) {
+  const auto filtered = [&](const char* difference_s, double image_s, int index) {
+    Plugin plugin(settings("dynfilter.max_time_difference_s: " + std::string(difference_s) + "\n"));
+    HostFrame frame(index);
+    plugin.submit(frame.image, image_s);
+    EXPECT_GT(filter_rgbd(plugin, frame).masked, 0U);
+    return plugin.counters().never_submitted;
+  };
+  EXPECT_EQ(filtered("0.15", 100, 1), 1U) << "it is the last frame's image";
+  EXPECT_EQ(filtered("0.15", 100.5, frames), 1U) << "the last mask is near enough";
+  EXPECT_EQ(filtered("0", 100.0005, 0), 0U);
 }
 
 TEST_F(PluginTest, IsMoreCautiousWhereMotionIsJudged) {
@@ -185,9 +205,9 @@ TEST_F(PluginTest, SaysOnceThatItIsCautiousAndCountsSuchFrames) {
         plugin.filter(frame.timestamp_s, frame.depth, on_person, descriptors).was_cautious());
   }
   const std::string said = ::testing::internal::GetCapturedStderr();
-  const std::size_t place = said.find("it leaves the least certain ones");
+  const std::size_t place = said.find("it keeps the least certain ones");
   EXPECT_NE(place, std::string::npos) << said;
-  EXPECT_EQ(said.rfind("it leaves the least certain ones"), place);
+  EXPECT_EQ(said.rfind("it keeps the least certain ones"), place);
   EXPECT_EQ(plugin.counters().cautious, 2U);
 }
 

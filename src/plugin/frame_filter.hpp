@@ -1,0 +1,137 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/dynfilter.hpp"
+#include "plugin/frame_answer.hpp"
+#include "plugin/pair_depths.hpp"
+#include "plugin/plugin_settings.hpp"
+#ifdef DYNFILTER_HAS_MOTION
+#include "dynfilter/motion/motion_filter.hpp"
+#endif
+
+namespace dynfilter::detail {
+
+/// Labels the features of a host's frames, in order of time: by masks, depth and motion, then so
+/// that the host can begin a map and never gets a frame without features.
+class FrameFilter {
+ public:
+  /// Makes the filter. Throws std::runtime_error that names the settings file for an option that is
+  /// refused.
+  explicit FrameFilter(const PluginSettings& settings) try
+      : filter_(settings.filter), pair_depths_(settings), helps_maps_(settings.orb_features > 0) {
+#ifdef DYNFILTER_HAS_MOTION
+    if (settings.motion_camera) {
+      motion_filter_.emplace(*settings.motion_camera, MotionFilterOptions{settings.filter, {}});
+    }
+#endif
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error(settings.file + ": " + without_component(error.what()));
+  }
+
+  /// Writes the features and their labels into the answer, which has the masks. `right` is the
+  /// right image of the frame's pair, or empty. If it throws, a repeated call gives the same
+  /// labels, except that a failure inside the judge of motion begins motion anew.
+  void label(const FrameView& frame, const cv::Mat& right, const HostColumns& columns,
+             FrameAnswer& answer) {
+    if (last_s_ && frame.timestamp_s < *last_s_) begin_anew();
+    cv::KeyPoint::convert(columns.keypoints, answer.points);
+    answer.has_depths = columns.depths_m != nullptr;
+    if (answer.has_depths) answer.depths_m = *columns.depths_m;
+    if (columns.right_x && answer.masks.segmentation) {
+      pair_depths_.find(frame, right, *answer.masks.segmentation, answer.points, *columns.right_x,
+                        workspace_, answer.depths_m);
+    }
+    compensated_.reserve(answer.points.size());
+    apply(frame, answer);  // the last step that may fail
+    answer.has_measured_depth = !frame.depth.empty() || columns.right_x != nullptr;
+    const bool helps = helps_maps_ && answer.has_measured_depth && !may_have_map_;
+    if (helps) help_map_to_begin(frame.timestamp_s, answer.labels);
+    keep_at_least_one(answer.labels);
+    last_s_ = frame.timestamp_s;
+  }
+
+  /// Begins motion and the help for the host's first map anew, as after construction.
+  void begin_anew() {
+    last_s_.reset();
+    may_have_map_ = false;
+    suffices_since_s_.reset();
+#ifdef DYNFILTER_HAS_MOTION
+    if (motion_filter_) motion_filter_->judge().reset();
+#endif
+  }
+
+ private:
+  /// Time for which each frame must suffice before the host's map is helped to begin, seconds. A
+  /// longer one delays the map; a shorter one begins maps between frames with too few features,
+  /// which are soon lost.
+  static constexpr double sufficient_time_s = 0.3;
+
+  void apply(const FrameView& frame, FrameAnswer& answer) {
+    const auto& masks = answer.masks.segmentation;
+#ifdef DYNFILTER_HAS_MOTION
+    // Motion needs a depth image. It follows an image once, even if the host extracts its features
+    // twice.
+    if (motion_filter_ && !frame.depth.empty() && last_s_ != frame.timestamp_s) {
+      return motion_filter_->apply(frame, masks, answer.features(), answer.labels, workspace_);
+    }
+#endif
+    filter_.apply(frame, masks, answer.features(), answer.labels, workspace_);
+  }
+
+  /// Lets the host's map begin where it would without compensation, but only when all frames of
+  /// some time would suffice.
+  void help_map_to_begin(double timestamp_s, FeatureLabels& labels) {
+    const FrameStatistics& statistics = labels.statistics();
+    const bool suffices = statistics.kept() + statistics.compensated >= map_features;
+    if (!suffices || !suffices_since_s_) suffices_since_s_ = timestamp_s;
+    if (timestamp_s - *suffices_since_s_ >= sufficient_time_s) keep_for_map(labels);
+    may_have_map_ = statistics.kept() >= map_features;
+  }
+
+  /// Keeps as many of the features that compensation removed as the host's map needs to begin, the
+  /// least certain first.
+  void keep_for_map(FeatureLabels& labels) {
+    compensated_.clear();
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      if (labels[i].reason == Reason::compensated) compensated_.emplace_back(labels[i].score, i);
+    }
+    std::sort(compensated_.begin(), compensated_.end());
+    for (const auto& [score, i] : compensated_) {
+      if (labels.statistics().kept() < map_features) labels.restore(i);
+    }
+  }
+
+  /// Keeps at least one feature, the most static one: tracking code must not meet a frame without.
+  static void keep_at_least_one(FeatureLabels& labels) {
+    if (labels.empty() || labels.statistics().kept() > 0) return;
+    const auto best =
+        std::min_element(labels.begin(), labels.end(),
+                         [](const auto& a, const auto& b) { return a.score < b.score; });
+    labels.restore(static_cast<std::size_t>(best - labels.begin()));
+  }
+
+  DynamicFilter filter_;
+#ifdef DYNFILTER_HAS_MOTION
+  std::optional<MotionFilter> motion_filter_;  // instead of `filter_`, if it is switched on
+#endif
+  PairDepths pair_depths_;
+  bool helps_maps_;
+  Workspace workspace_;
+  std::optional<double> last_s_;            // time of the last frame
+  bool may_have_map_ = false;               // a frame had enough features to begin the host's map
+  std::optional<double> suffices_since_s_;  // since when frames would suffice for that
+  std::vector<std::pair<float, std::size_t>> compensated_;  // score and index; memory only
+};
+
+}  // namespace dynfilter::detail
