@@ -197,7 +197,6 @@ void read_rule(Keys& keys, PluginSettings& settings) {
   }
 }
 
-#ifdef DYNFILTER_HAS_MOTION
 /// Returns the factor by which ORB-SLAM3 resizes its images in one direction, 1 without its keys.
 double resizing(const Keys& keys, const std::string& side, const std::string& new_side) {
   const std::optional<double> wanted = keys.host.number("Camera." + new_side);
@@ -233,7 +232,6 @@ Camera read_camera(const Keys& keys) {
   }
   return camera;
 }
-#endif
 
 /// Reads DepthMapFactor, or ORB-SLAM3's name for it; 0 without.
 double read_depth_factor(const Keys& keys) {
@@ -256,24 +254,23 @@ std::size_t read_features(const Keys& keys) {
 void read_motion(Keys& keys, PluginSettings& settings) {
   const bool is_possible = settings.filter.compensator.rule == CompensationRule::depth &&
                            settings.depth_units_per_metre > 0;
-  [[maybe_unused]] const bool is_asked_for = keys.host.has(keys.name("motion"));
+  const bool is_asked_for = keys.host.has(keys.name("motion"));
   if (!keys.flag("motion", is_possible)) return;
-#ifdef DYNFILTER_HAS_MOTION
-  try {
-    settings.motion_camera = read_camera(keys);
-    if (settings.orb_features == 0) return;
-    // ORB-SLAM needs as many again after it lost the camera. Motion judges what caution keeps.
-    double& share = settings.filter.compensator.depth.min_kept_share;
-    share =
-        std::clamp(1.0 * map_features / static_cast<double>(settings.orb_features), share, 0.501);
-  } catch (const std::runtime_error&) {
-    if (is_asked_for) throw;
-  }
-#else
+#ifndef DYNFILTER_HAS_MOTION
   if (!is_asked_for) return;
   keys.refuse("motion", "1, but this dynfilter was built without motion",
               "one built with -DDYNFILTER_BUILD_MOTION=ON");
 #endif
+  try {
+    settings.motion_camera = read_camera(keys);
+  } catch (const std::runtime_error&) {
+    if (is_asked_for) throw;
+    return;
+  }
+  if (settings.orb_features == 0) return;
+  // ORB-SLAM needs as many again after it lost the camera. Motion judges what caution keeps.
+  double& share = settings.filter.compensator.depth.min_kept_share;
+  share = std::clamp(1.0 * map_features / static_cast<double>(settings.orb_features), share, 0.501);
 }
 
 /// Reads what is recorded, and where.
@@ -304,9 +301,7 @@ void require_use_of_all(const Keys& keys, const PluginSettings& settings) {
 }  // namespace
 
 std::string PluginSettings::need_of_images() const {
-#ifdef DYNFILTER_HAS_MOTION
   if (motion_camera) return "motion";
-#endif
   if (moves_masks) return "propagate";
   return overlay_every > 0 ? "overlay_every" : "";
 }

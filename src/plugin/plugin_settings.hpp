@@ -7,10 +7,8 @@
 #include <optional>
 #include <string>
 
-#include "dynfilter/dynamic_filter.hpp"
-#ifdef DYNFILTER_HAS_MOTION
 #include "dynfilter/camera.hpp"
-#endif
+#include "dynfilter/dynamic_filter.hpp"
 #include "dynfilter/segmenters/async_segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "dynfilter/stereo_depths.hpp"
@@ -36,13 +34,11 @@ struct PluginSettings {
   std::string missing_masks = "error";  ///< or "keep": continue without masks, and count it
   StereoDepthsOptions stereo;
   DynamicFilterOptions filter;
-#ifdef DYNFILTER_HAS_MOTION
-  std::optional<Camera> motion_camera;  ///< the host's; none: without motion evidence
-#endif
-  std::string output_folder;         ///< for frames.csv and overlays; empty: none
-  int overlay_every = 0;             ///< draw every n-th frame; 0: none
-  double depth_units_per_metre = 0;  ///< DepthMapFactor; 0: not in the file
-  std::size_t orb_features = 0;      ///< ORBextractor.nFeatures; 0: not in the file
+  std::optional<Camera> motion_camera;  ///< the host's; none: motion is not judged
+  std::string output_folder;            ///< for frames.csv and overlays; empty: none
+  int overlay_every = 0;                ///< draw every n-th frame; 0: none
+  double depth_units_per_metre = 0;     ///< DepthMapFactor; 0: not in the file
+  std::size_t orb_features = 0;         ///< ORBextractor.nFeatures; 0: not in the file
 
   /// Returns "<file>: <prefix><name>", for messages.
   std::string place_of(const std::string& name) const { return file + ": " + prefix + name; }
