@@ -117,11 +117,13 @@ struct DepthLbpAvx2 {
     reverse_depths<32 / sizeof(Depth)>(from, count, to);
   }
 
-  /// Does what the portable one does.
-  [[DYNFILTER_AVX2]] static void code_row(const Reversed* upper, const Reversed* middle,
-                                          const Reversed* lower, int width, std::uint8_t* codes) {
-    Reversed nearest[32];
-    std::fill_n(nearest, 32, static_cast<Reversed>(ReversedDepth<Depth>::none - 1));
+  /// Does what the portable one does. Where it is not aligned, it may take 6 % longer.
+  [[DYNFILTER_AVX2, gnu::aligned(64)]] static void code_row(const Reversed* upper,
+                                                            const Reversed* middle,
+                                                            const Reversed* lower, int width,
+                                                            std::uint8_t* codes) {
+    Reversed none[32];  // none > centre is one instruction, centre >= none would be two.
+    std::fill_n(none, 32, ReversedDepth<Depth>::none);
     const __m256i order = sizeof(Depth) == 4 ? _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7)
                                              : _mm256_setr_epi32(0, 1, 4, 5, 2, 3, 6, 7);
     for (int x = 0; x < width; x += 32) {
@@ -134,7 +136,7 @@ struct DepthLbpAvx2 {
       code = _mm256_avg_epu8(code, greater(centre, lower + x));
       code = _mm256_avg_epu8(code, greater(centre, lower + x - 1));
       code = _mm256_avg_epu8(code, greater(centre, centre - 1));
-      code = _mm256_andnot_si256(greater(centre, nearest), code);
+      code = _mm256_and_si256(greater(none, centre), code);
       code = _mm256_permutevar8x32_epi32(code, order);
       _mm256_storeu_si256(reinterpret_cast<__m256i*>(codes + x), code);
     }
