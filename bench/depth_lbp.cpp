@@ -35,7 +35,6 @@ void dlib_lbp(const cv::Mat& depth, cv::Mat& patterns);  // dlib_lbp.cpp, if bui
 
 namespace {
 
-using Points = std::vector<cv::Point2f>;
 using OptionalCodes = std::vector<std::optional<std::uint8_t>>;
 using PlainCodes = std::vector<std::uint8_t>;  // 0 is "no code", too
 
@@ -63,9 +62,9 @@ cv::Mat depth_image(const cv::Size& size) {
 }
 
 /// 1000 whole pixels that have neighbours.
-Points points_in(const cv::Size& size) {
+std::vector<cv::Point2f> points_in(const cv::Size& size) {
   cv::RNG random(7);
-  Points points(1000);
+  std::vector<cv::Point2f> points(1000);
   for (cv::Point2f& point : points) {
     point = cv::Point(random.uniform(1, size.width - 1), random.uniform(1, size.height - 1));
   }
@@ -75,7 +74,7 @@ Points points_in(const cv::Size& size) {
 /// Evicts the pixels around points from the caches, as the rest of a SLAM system does between two
 /// frames.
 template <class Depth>
-void evict(const cv::Mat& depth, const Points& points) {
+void evict(const cv::Mat& depth, const std::vector<cv::Point2f>& points) {
 #if defined(__x86_64__) && defined(__GNUC__)
   for (const cv::Point pixel : points) {
     for (int y = pixel.y - 1; y <= pixel.y + 1; ++y) {
@@ -223,7 +222,7 @@ void add_features(const cv::Size& size, int threads, bool is_cold, const char* w
   const auto run = [=](benchmark::State& state) {
     cv::setNumThreads(threads);
     const Images& images = images_of<Depth>(size);
-    const Points points = points_in(size);
+    const std::vector<cv::Point2f> points = points_in(size);
     const std::size_t part = points.size() / static_cast<std::size_t>(threads);
     std::vector<Codes> codes(static_cast<std::size_t>(threads));
     const auto compute = [&] {

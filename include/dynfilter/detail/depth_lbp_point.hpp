@@ -25,7 +25,6 @@ struct DepthBits {
   static constexpr bool is_float = std::is_same_v<Depth, float>;
   using Type = std::conditional_t<is_float, std::uint32_t, std::uint16_t>;
   static constexpr std::uint32_t beyond = is_float ? 0x7F800000 : 0x10000;
-
   static std::uint32_t at(const Depth* pixel) {
     Type bits;
     std::memcpy(&bits, pixel, sizeof(bits));
