@@ -2,28 +2,23 @@
 // SPDX-License-Identifier: MIT
 
 /// @file
-/// Rule `depth`, the default. A walk through it, with the file of each step:
+/// Rule `depth`, the default, as it goes from file to file:
 ///
-/// 1. Objects (detail/depth_object.hpp). The nearest cluster of the depths on a mask is the
-/// object's
-///    depth. The object may be anywhere in its extent: the detector's box, grown as far as it may
-///    have moved since the mask was made.
-/// 2. Gap (detail/mask_gap.hpp). In some rows, depth is followed from the mask to where it leaves
-///    the object. This gives the margin that the mask needs, and the shift of depth that is late.
-/// 3. Surfaces (SurfaceGrid in detail/surface_rule.hpp). A coarse grid of depths is flooded from
-/// the objects, and
-///    from all that lies outside their extents, over small steps of depth. One inequality weighs
-///    the steps to both sides against the distance from the object's depth.
-/// 4. Certainty (SurfaceRule, in the same file). A feature is the object's if its surface is, if it
-/// lies
-///    within the margin, or if it has no depth and the object encloses it.
-/// 5. Labels (DepthCompensator::judge). What is certain by 1/2 is removed. What is not is kept,
-/// even
-///    on a stale mask. Where too few features would be kept, caution (keep_enough.hpp) keeps the
-///    most doubtful ones of those to be removed.
+/// 1. Objects, detail/depth_object.hpp. The nearest cluster of depths on a mask is its object's
+///    depth. The object may be anywhere in its extent: the detector's box, grown by as much as it
+///    may have moved since the mask was made.
+/// 2. Gap, detail/mask_gap.hpp. In some rows, depth is followed from the mask to where the object
+///    ends. That gives the margin which the mask needs, and the shift of depth that is late.
+/// 3. Surfaces, SurfaceGrid in detail/surface_rule.hpp. A coarse grid of depths is flooded over
+///    small steps of depth, from the objects and from all that lies outside their extents.
+/// 4. Certainty, SurfaceRule in the same file. A feature is the object's if its surface is, if it
+///    lies within the margin, or if it has no depth and the object encloses it.
+/// 5. Labels, DepthCompensator::judge below. Features with a certainty of 1/2 are removed, others
+///    are kept, even on a stale mask. If they are too few, caution (keep_enough.hpp) keeps the most
+///    doubtful ones of those to be removed.
 ///
-/// Without a depth image, detail/sparse_depth_rule.hpp takes the place of steps 2 to 4. `refined`
-/// (mask_refiner.hpp) judges every pixel by steps 1 to 4.
+/// Without a depth image, detail/sparse_depth_rule.hpp stands in for steps 2 to 4. `refined`, in
+/// mask_refiner.hpp, takes steps 1 to 4 for every pixel.
 
 #ifndef DYNFILTER_DEPTH_COMPENSATOR_HPP
 #define DYNFILTER_DEPTH_COMPENSATOR_HPP
@@ -147,7 +142,6 @@ class DepthCompensator {
       detail::SurfaceGrid::reserve(frame, scratch.cells);
       const detail::ObjectFinder finder(frame, scratch.finder);
       detail::find_objects(input, finder, labels, scratch.objects);
-      if (scratch.objects.empty()) return;
       const detail::SurfaceRule rule(frame, scratch.objects, scratch.cells);
       judge(rule, input.index, labels, scratch);
     } else {
@@ -182,7 +176,7 @@ class DepthCompensator {
   void judge(const Rule& rule, const FrameFeatures& index, FeatureLabels& labels,
              Scratch& scratch) const {
     find_verdicts(rule, index, labels, scratch);
-    keep_beside_moved_objects(labels, scratch);
+    keep_on_stale_masks(labels, scratch);
     std::vector<PlannedRemoval>& removals = scratch.removals;
     removals.clear();
     removals.reserve(labels.size());
@@ -205,13 +199,14 @@ class DepthCompensator {
       const Verdict& verdict = scratch.verdicts[removal.feature];
       labels.remove(removal.feature, verdict.instance(), Reason::compensated, verdict.score());
     }
-    for (std::size_t i = 0; i < labels.size(); ++i) {  // the others, removed ones stay as they are
+    for (std::size_t i = 0; i < labels.size(); ++i) {  // Removed features are no longer suspect.
       const Verdict& verdict = scratch.verdicts[i];
       if (verdict.object != nullptr) labels.suspect(i, verdict.instance(), verdict.score());
     }
   }
 
-  /// Judges the features in the objects' extents that are kept so far, or on a stale mask.
+  /// Judges the features in the objects' extents, but for those that were removed for another
+  /// reason than a stale mask. The first object that a feature belongs to has it.
   template <class Rule>
   static void find_verdicts(const Rule& rule, const FrameFeatures& index,
                             const FeatureLabels& labels, Scratch& scratch) {
@@ -229,9 +224,9 @@ class DepthCompensator {
     }
   }
 
-  /// Keeps the features on stale masks that belong to no object. An instance whose depth is not
-  /// known keeps its features.
-  static void keep_beside_moved_objects(FeatureLabels& labels, const Scratch& scratch) {
+  /// Keeps the features on stale masks that belong to no object. Those on the mask of an instance
+  /// whose depth is not known stay removed.
+  static void keep_on_stale_masks(FeatureLabels& labels, const Scratch& scratch) {
     if (scratch.objects.empty() || !scratch.objects.front().frame->is_stale) return;
     for (std::size_t i = 0; i < labels.size(); ++i) {
       const FeatureLabel& label = labels[i];
@@ -244,11 +239,10 @@ class DepthCompensator {
     }
   }
 
-  /// Returns the doubt of a removal: the distance from the object's depth, or 0 if it is sure.
+  /// Returns the doubt of a removal: the distance from the object's depth, metres; 0 if it is sure,
+  /// near that depth or a fresh mask.
   static double doubt_of(const detail::DepthObject& object, cv::Point pixel, double depth_m) {
-    // What lies this close to the object's depth or its fresh mask is sure. Larger distances leave
-    // frames with fewer features.
-    constexpr double sure_m = 0.1, sure_px = 4;
+    constexpr double sure_m = 0.1, sure_px = 4;  // With more, caution keeps fewer features.
     const double distance_m = depth_m > 0 ? std::abs(depth_m - object.depth_m) : HUGE_VAL;
     const bool is_sure =
         distance_m <= sure_m || object.is_beside_mask(pixel, sure_px * object.frame->scale);

@@ -8,13 +8,37 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 #include <opencv2/core.hpp>
 
-#include "dynfilter/detail/mask_row.hpp"
 #include "dynfilter/instance.hpp"
 
 namespace dynfilter::detail {
+
+/// Reads eight pixels of a mask's row as one number, which is 0 if none of them is on the mask.
+inline std::uint64_t mask_word(const std::uint8_t* pixels) {
+  std::uint64_t word;
+  std::memcpy(&word, pixels, sizeof(word));
+  return word;
+}
+
+/// Returns the first pixel of a part of a mask's row that is on the mask, or `end`.
+inline const std::uint8_t* find_mask_pixel(const std::uint8_t* first, const std::uint8_t* end) {
+  while (end - first >= 8 && mask_word(first) == 0) first += 8;
+  return std::find_if(first, end, [](std::uint8_t pixel) { return pixel != 0; });
+}
+
+/// Whether any pixel of a part of a mask's row is on the mask. `first` must not be after `end`.
+inline bool has_mask_pixel(const std::uint8_t* first, const std::uint8_t* end) {
+  return find_mask_pixel(first, end) != end;
+}
+
+/// Returns the first pixel of a part of a mask's row that is off the mask, or `end`.
+inline const std::uint8_t* find_mask_end(const std::uint8_t* first, const std::uint8_t* end) {
+  const void* const found = std::memchr(first, 0, static_cast<std::size_t>(end - first));
+  return found == nullptr ? end : static_cast<const std::uint8_t*>(found);
+}
 
 /// Returns half the length of a disc's row at `offset` rows from its centre: the largest dx with
 /// dx^2 + offset^2 <= radius^2. `offset` must not exceed the radius.
@@ -46,22 +70,14 @@ inline bool mask_within(const Instance& instance, cv::Point pixel, double radius
   const std::int64_t x = std::int64_t{pixel.x} - instance.mask_origin.x;
   const std::int64_t y = std::int64_t{pixel.y} - instance.mask_origin.y;
   if (x + reach < 0 || x - reach >= mask.cols) return false;
-  // Rows beyond the mask's are skipped: the mask may be far away, and the radius large.
-  const std::int64_t nearest = y < 0 ? -y : std::max<std::int64_t>(0, y - mask.rows + 1);
-  const std::int64_t farthest = std::min(reach, std::max(y, mask.rows - 1 - y));
-  if (nearest > farthest) return false;
-  std::int64_t half = chord_half_length(radius, static_cast<double>(nearest));
-  const auto in_mask = [&](std::int64_t column) {
-    return std::clamp<std::int64_t>(column, 0, mask.cols);
-  };
-  const auto has_pixel_in = [&](std::int64_t row) {
-    if (row < 0 || row >= mask.rows) return false;
+  const std::int64_t end = std::min<std::int64_t>(mask.rows, y + reach + 1);
+  for (std::int64_t row = std::max<std::int64_t>(0, y - reach); row < end; ++row) {
+    const std::int64_t half = chord_half_length(radius, static_cast<double>(row - y));
     const std::uint8_t* const pixels = mask.ptr<std::uint8_t>(static_cast<int>(row));
-    return has_mask_pixel(pixels + in_mask(x - half), pixels + in_mask(x + half + 1));
-  };
-  for (std::int64_t offset = nearest; offset <= farthest; ++offset) {
-    while (static_cast<double>(half * half + offset * offset) > radius * radius) --half;
-    if (has_pixel_in(y - offset) || (offset > 0 && has_pixel_in(y + offset))) return true;
+    const auto in_mask = [&](std::int64_t column) {
+      return pixels + std::clamp<std::int64_t>(column, 0, mask.cols);
+    };
+    if (has_mask_pixel(in_mask(x - half), in_mask(x + half + 1))) return true;
   }
   return false;
 }

@@ -13,7 +13,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "dynfilter/detail/mask_row.hpp"
+#include "dynfilter/detail/mask_distance.hpp"
 #include "dynfilter/detail/quantile.hpp"
 #include "dynfilter/instance.hpp"
 

@@ -17,16 +17,16 @@
 
 namespace dynfilter::detail {
 
-/// Surfaces of a frame, divided between its objects and their surroundings, on a grid of cells. A
-/// cell has the depth of its middle pixel. A step is a difference of depth between neighbours; each
-/// cell goes to the side from which it is reached over the smallest steps.
+/// Surfaces of a frame, divided between its objects and their surroundings on a grid of cells. A
+/// cell has the depth of its middle pixel. A step is a difference of depth between neighbours, and
+/// a way is as hard as its largest step: each cell goes to the side with the easiest way to it.
 class SurfaceGrid {
  public:
   enum Owner { nobody, surroundings, an_object };
 
   struct Cell {
     double depth_m = 0;
-    double step_m = -1;  // the largest on the way from a seed; -1: a seed, or no depth
+    double step_m = -1;  // the largest on the way to it; -1: a seed, or no depth
     Owner owner = nobody;
   };
 
@@ -35,8 +35,8 @@ class SurfaceGrid {
     cells.reserve(SurfaceGrid(frame, min_cell_px * frame.scale, cells).size());
   }
 
-  /// Floods the surfaces from the seeds: the objects' surfaces, and all that lies outside their
-  /// extents. Sweeps forth and back over the cells, twice; ways that turn more often are not found.
+  /// Floods the surfaces from the seeds: the objects' depths on their masks, and all that lies
+  /// outside their extents. Sweeps forth and back over the cells, twice: more turns are not found.
   SurfaceGrid(const DepthRuleFrame& frame, const std::vector<DepthObject>& objects,
               std::vector<Cell>& cells)
       : SurfaceGrid(frame, cell_px(frame, objects), cells) {
@@ -61,8 +61,8 @@ class SurfaceGrid {
   ///
   ///     step to the objects - step to the surroundings <= 1/4 (half_width_m - |z - m|).
   ///
-  /// So what lies at the object's depth needs a smoother way to the surroundings to be theirs, and
-  /// what lies before or behind it needs a smoother way to the object to be its.
+  /// So what lies at the object's depth is the object's unless the surroundings are joined to it by
+  /// a smaller step, and what lies farther than the half width is not unless the object is.
   bool is_objects(const DepthObject& object, cv::Point pixel, double depth_m) const {
     const double allowed_m =
         step_per_depth * (object.frame->half_width_m - std::abs(depth_m - object.depth_m));
@@ -79,12 +79,9 @@ class SurfaceGrid {
   }
 
  private:
-  // Larger cells miss arms, and gaps between persons; smaller ones take longer to flood.
-  static constexpr double max_cell_px = 16, min_cell_px = 6;
-  // At larger steps, the flood leaves an object for the wall behind it.
-  static constexpr double max_step_m = 0.2;
-  // A larger weight removes a desk at the object's depth, whatever it is connected with.
-  static constexpr double step_per_depth = 0.25;
+  static constexpr double max_cell_px = 16, min_cell_px = 6;  // With more, arms are missed.
+  static constexpr double max_step_m = 0.2;       // With more, objects join the wall behind them.
+  static constexpr double step_per_depth = 0.25;  // With more, a desk at their depth joins them.
 
   /// Lays the cells: row by row, with a frame of cells without depth around the image.
   SurfaceGrid(const DepthRuleFrame& frame, double cell_px, std::vector<Cell>& cells)
