@@ -7,11 +7,8 @@
 
 #include <unistd.h>
 
-#include <memory>
-#include <mutex>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 namespace dynfilter::detail {
 
@@ -31,16 +28,5 @@ class HomeProcess {
  private:
   pid_t number_ = ::getpid();
 };
-
-/// Destroys an object, except in a child process: to destroy it would wait there for threads that
-/// are the parent's. There it stays reachable until the process ends.
-template <class Object>
-void destroy_at_home(std::unique_ptr<Object>& object) {
-  if (!object || object->home.is_here()) return object.reset();
-  static std::vector<Object*>& left = *new std::vector<Object*>;
-  static std::mutex mutex;
-  const std::lock_guard<std::mutex> lock(mutex);
-  left.push_back(object.release());
-}
 
 }  // namespace dynfilter::detail

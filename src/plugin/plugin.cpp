@@ -172,7 +172,7 @@ struct Plugin::State {
 Plugin::Plugin(const std::string& settings_file, const std::string& prefix)
     : state_(new State(detail::read_plugin_settings(settings_file, prefix))) {}
 
-Plugin::~Plugin() { detail::destroy_at_home(state_); }
+Plugin::~Plugin() = default;
 Plugin::Plugin(Plugin&& other) noexcept = default;
 Plugin& Plugin::operator=(Plugin&& other) noexcept {
   Plugin moved(std::move(other));

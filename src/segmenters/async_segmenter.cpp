@@ -7,9 +7,13 @@
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
+#include <cstdlib>
 #include <exception>
 #include <iterator>
 #include <mutex>
+#include <shared_mutex>
+#include <stdexcept>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -17,7 +21,6 @@
 
 #include "dynfilter/detail/errors.hpp"
 #include "io/process.hpp"
-#include "segmenters/worker_thread.hpp"
 
 namespace dynfilter {
 namespace {
@@ -46,17 +49,39 @@ void own_masks(Segmentation& masks) {
   }
 }
 
+/// Each inference holds it; the end of the process takes it, because hosts often end without
+/// destroying their tracker, and OpenCV's static objects are destroyed while an inference uses
+/// them. It is never destroyed itself.
+std::shared_timed_mutex& inferences() {
+  static std::shared_timed_mutex& mutex = *new std::shared_timed_mutex;
+  return mutex;
+}
+
+/// Lets the end of the process wait for the running inference, and start no other. Static objects
+/// that exist now are destroyed after that. A longer wait delays a process that ends within an
+/// inference.
+void wait_at_exit() {
+  static const detail::HomeProcess home;
+  static const int registered = std::atexit([] {
+    if (home.is_here()) static_cast<void>(inferences().try_lock_for(std::chrono::seconds(10)));
+  });
+  static_cast<void>(registered);
+}
+
 Outcome infer(Segmenter& segmenter, const FrameView& frame) {
   using Clock = std::chrono::steady_clock;
+  const std::shared_lock running(inferences(), std::try_to_lock);
   const Clock::time_point start = Clock::now();
   Outcome outcome;
   try {
+    if (!running) throw std::runtime_error("dynfilter::AsyncSegmenter: the process ends");
     outcome.masks = segmenter.segment(frame);
     own_masks(outcome.masks);
   } catch (...) {
     outcome.failure = std::current_exception();
   }
   outcome.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  wait_at_exit();
   return outcome;
 }
 
@@ -81,8 +106,18 @@ class AsyncSegmenter::Worker {
  public:
   Worker(std::unique_ptr<Segmenter> segmenter, const AsyncSegmenterOptions& options)
       : segmenter_(std::move(segmenter)), options_(options) {
-    thread_.start([this] { work(); }, [this] { stop(); });
+    thread_ = std::thread([this] { work(); });
   }
+  ~Worker() {
+    {
+      const std::lock_guard lock(mutex_);
+      stop_ = true;
+    }
+    submitted_.notify_one();
+    thread_.join();
+  }
+  Worker(const Worker&) = delete;
+  Worker& operator=(const Worker&) = delete;
 
   void submit(const FrameView& frame) {
     validate(frame, "AsyncSegmenter::submit");
@@ -139,15 +174,6 @@ class AsyncSegmenter::Worker {
   using Frames = std::vector<std::shared_ptr<SubmittedFrame>>;
   using Lock = std::unique_lock<std::mutex>;
 
-  void stop() {
-    {
-      const std::lock_guard lock(mutex_);
-      stop_ = true;
-    }
-    submitted_.notify_one();
-    settled_.notify_all();  // no masks come any more
-  }
-
   // Runs in the thread.
   void work() {
     Lock lock(mutex_);
@@ -165,7 +191,6 @@ class AsyncSegmenter::Worker {
 
       lock.unlock();
       Outcome outcome = infer(*segmenter_, view);
-      thread_.note_job();
       lock.lock();
 
       settle(*frame, std::move(outcome));
@@ -249,10 +274,10 @@ class AsyncSegmenter::Worker {
   }
 
   void wait_for(const SubmittedFrame& frame, Lock& lock) {
-    const auto is_over = [&] { return stop_ || frame.is_settled(); };
-    if (options_.hand_over == HandOver::wait) settled_.wait(lock, is_over);
+    const auto is_settled = [&] { return frame.is_settled(); };
+    if (options_.hand_over == HandOver::wait) settled_.wait(lock, is_settled);
     if (options_.hand_over == HandOver::limited_wait) {
-      settled_.wait_for(lock, std::chrono::duration<double>(options_.max_wait_s), is_over);
+      settled_.wait_for(lock, std::chrono::duration<double>(options_.max_wait_s), is_settled);
     }
   }
 
@@ -285,7 +310,7 @@ class AsyncSegmenter::Worker {
   AsyncSegmenterStatistics statistics_;
   bool stop_ = false;
 
-  detail::WorkerThread thread_;  // ends first
+  std::thread thread_;
 };
 
 AsyncSegmenter::AsyncSegmenter(std::unique_ptr<Segmenter> segmenter,
@@ -300,7 +325,12 @@ AsyncSegmenter& AsyncSegmenter::operator=(AsyncSegmenter&& other) noexcept {
   std::swap(worker_, moved.worker_);
   return *this;
 }
-AsyncSegmenter::~AsyncSegmenter() { detail::destroy_at_home(worker_); }
+AsyncSegmenter::~AsyncSegmenter() {
+  if (!worker_ || worker_->home.is_here()) return;
+  // A child has no such thread to wait for, so that it keeps the object.
+  static auto& kept = *new std::vector<std::unique_ptr<Worker>>;
+  kept.push_back(std::move(worker_));
+}
 
 AsyncSegmenter::Worker& AsyncSegmenter::worker() const {
   worker_->home.require_here("AsyncSegmenter");

@@ -54,10 +54,10 @@ struct AsyncSegmenterStatistics {
 /// HandOver::wait loses no frame; with the others, a newer frame replaces one that still waits.
 ///
 /// The segmenter is used by this object's thread only, and may reuse its memory. Results of collect
-/// share pixels: do not draw into them. The destructor, and the end of the process, wait for the
-/// running inference. Several threads may call all functions at once, except the destructor and
-/// moves. In a child of fork(), which has no such thread, all calls but the destructor throw
-/// std::runtime_error.
+/// share pixels: do not draw into them. The destructor waits for the running inference, and so does
+/// the end of the process, for 10 s. Several threads may call all functions at once, except the
+/// destructor and moves. In a child of fork(), which has no such thread, all calls but the
+/// destructor throw std::runtime_error.
 class AsyncSegmenter {
  public:
   /// Limit of frames that are submitted and not collected (HandOver::wait), or remembered without
