@@ -34,7 +34,6 @@
 #include "dynfilter/segmenter.hpp"
 #include "dynfilter/stage.hpp"
 #include "dynfilter/statistics.hpp"
-#include "dynfilter/stereo_depths.hpp"
 #include "dynfilter/version.hpp"
 #include "dynfilter/workspace.hpp"
 

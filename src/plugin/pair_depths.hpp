@@ -11,9 +11,9 @@
 
 #include "dynfilter/detail/quantile.hpp"
 #include "dynfilter/mask_culler.hpp"
-#include "dynfilter/stereo_depths.hpp"
 #include "plugin/host_input.hpp"
 #include "plugin/plugin_settings.hpp"
+#include "plugin/stereo_depths.hpp"
 
 namespace dynfilter::detail {
 

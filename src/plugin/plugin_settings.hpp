@@ -11,7 +11,7 @@
 #include "dynfilter/dynamic_filter.hpp"
 #include "dynfilter/segmenters/async_segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
-#include "dynfilter/stereo_depths.hpp"
+#include "plugin/stereo_depths.hpp"
 
 namespace dynfilter::detail {
 

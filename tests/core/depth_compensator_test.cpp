@@ -6,7 +6,7 @@
 
 #include "dynfilter/depth_compensator.hpp"
 
-#include "support/depth_scene.hpp"
+#include "core/depth_scene.hpp"
 #include "support/filter_property.hpp"
 #include "support/test.hpp"
 

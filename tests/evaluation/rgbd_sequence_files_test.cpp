@@ -8,7 +8,7 @@
 #include <sys/stat.h>
 
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
-#include "support/sequence_folder.hpp"
+#include "evaluation/sequence_folder.hpp"
 #include "support/test.hpp"
 
 namespace dynfilter::testing {

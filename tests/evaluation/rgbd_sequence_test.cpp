@@ -4,8 +4,8 @@
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 
 #include "dynfilter/evaluation/association.hpp"
+#include "evaluation/sequence_folder.hpp"
 #include "support/process.hpp"
-#include "support/sequence_folder.hpp"
 #include "support/test.hpp"
 
 namespace dynfilter::testing {

@@ -7,6 +7,7 @@
 #include "dynfilter/motion/motion_judge.hpp"
 #include "dynfilter/plugin.hpp"
 #include "lab/scenes/scene_levels.hpp"
+#include "plugin/stereo_depths.hpp"
 #include "support/failing_allocations.hpp"
 #include "support/filter_case.hpp"
 #include "support/filter_property.hpp"

@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
-#include "support/mask_folder.hpp"
+#include "segmenters/mask_folder.hpp"
 #include "support/process.hpp"
 #include "support/test.hpp"
 

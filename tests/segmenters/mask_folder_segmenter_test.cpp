@@ -3,7 +3,7 @@
 
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 
-#include "support/mask_folder.hpp"
+#include "segmenters/mask_folder.hpp"
 #include "support/test.hpp"
 
 namespace dynfilter::testing {

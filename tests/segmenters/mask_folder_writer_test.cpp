@@ -4,7 +4,7 @@
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
-#include "support/mask_folder.hpp"
+#include "segmenters/mask_folder.hpp"
 #include "support/process.hpp"
 #include "support/test.hpp"
 

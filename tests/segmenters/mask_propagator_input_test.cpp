@@ -7,7 +7,7 @@
 
 #include "dynfilter/host_masks.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
-#include "support/propagator_scene.hpp"
+#include "segmenters/propagator_scene.hpp"
 #include "support/scene_images.hpp"
 #include "support/test.hpp"
 

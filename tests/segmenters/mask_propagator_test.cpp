@@ -5,7 +5,7 @@
 
 #include "dynfilter/segmenters/mask_propagator.hpp"
 
-#include "support/propagator_scene.hpp"
+#include "segmenters/propagator_scene.hpp"
 #include "support/scene_images.hpp"
 #include "support/test.hpp"
 

@@ -5,12 +5,12 @@
 
 #include <cstdio>
 
-#include "support/changed_scene.hpp"
-#include "support/program.hpp"
-#include "support/small_scene_test.hpp"
 #include "support/test.hpp"
+#include "tools/changed_scene.hpp"
+#include "tools/program.hpp"
 #include "tools/rule_set.hpp"
 #include "tools/run_record.hpp"
+#include "tools/small_scene_test.hpp"
 
 namespace dynfilter::testing {
 namespace {

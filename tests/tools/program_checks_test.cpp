@@ -6,9 +6,9 @@
 
 #include <regex>
 
-#include "support/changed_scene.hpp"
-#include "support/program.hpp"
 #include "support/test.hpp"
+#include "tools/changed_scene.hpp"
+#include "tools/program.hpp"
 
 namespace dynfilter::testing {
 namespace {

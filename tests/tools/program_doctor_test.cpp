@@ -4,9 +4,9 @@
 // `dynfilter doctor`.
 
 #include "dynfilter/version.hpp"
-#include "support/changed_scene.hpp"
-#include "support/small_scene_test.hpp"
 #include "support/test.hpp"
+#include "tools/changed_scene.hpp"
+#include "tools/small_scene_test.hpp"
 
 namespace dynfilter::testing {
 namespace {

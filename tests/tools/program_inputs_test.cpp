@@ -8,10 +8,10 @@
 #include <cstdio>
 
 #include "dynfilter/detail/number_text.hpp"
-#include "support/changed_scene.hpp"
-#include "support/program.hpp"
-#include "support/small_scene_test.hpp"
 #include "support/test.hpp"
+#include "tools/changed_scene.hpp"
+#include "tools/program.hpp"
+#include "tools/small_scene_test.hpp"
 
 namespace dynfilter::testing {
 namespace {

@@ -7,9 +7,9 @@
 #include "dynfilter/host_masks.hpp"
 #include "dynfilter/mask_refiner.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
-#include "support/program.hpp"
-#include "support/small_scene_test.hpp"
 #include "support/test.hpp"
+#include "tools/program.hpp"
+#include "tools/small_scene_test.hpp"
 
 namespace dynfilter::testing {
 namespace {

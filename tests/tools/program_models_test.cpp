@@ -4,8 +4,8 @@
 // The program with a network of its user.
 
 #include "networks/models.hpp"
-#include "support/program.hpp"
 #include "support/test.hpp"
+#include "tools/program.hpp"
 
 namespace dynfilter::testing {
 namespace {

@@ -4,9 +4,9 @@
 // Sequences and options that a sub-command must not take in silence.
 
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
-#include "support/changed_scene.hpp"
-#include "support/program.hpp"
 #include "support/test.hpp"
+#include "tools/changed_scene.hpp"
+#include "tools/program.hpp"
 
 namespace dynfilter::testing {
 namespace {

@@ -3,8 +3,8 @@
 
 // The program on recordings of TUM.
 
-#include "support/program.hpp"
 #include "support/test.hpp"
+#include "tools/program.hpp"
 
 namespace dynfilter::testing {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "support/remote_peer.hpp"
-#include "support/small_scene_test.hpp"
 #include "support/test.hpp"
+#include "tools/small_scene_test.hpp"
 
 namespace dynfilter::testing {
 namespace {

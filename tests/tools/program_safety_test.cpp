@@ -9,9 +9,9 @@
 #include <csignal>
 
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
-#include "support/program.hpp"
 #include "support/remote_peer.hpp"
 #include "support/test.hpp"
+#include "tools/program.hpp"
 
 namespace dynfilter::testing {
 namespace {

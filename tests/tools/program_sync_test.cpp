@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "support/small_scene_test.hpp"
+#include "tools/small_scene_test.hpp"
 
 #include "support/test.hpp"
 

@@ -19,8 +19,8 @@
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "dynfilter/version.hpp"
-#include "support/program.hpp"
-#include "support/small_scene_test.hpp"
+#include "tools/program.hpp"
+#include "tools/small_scene_test.hpp"
 #if defined(__linux__)
 #include "support/remote_peer.hpp"
 #endif

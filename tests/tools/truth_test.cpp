@@ -6,8 +6,8 @@
 #include "lab/odometry/orb_extractor.hpp"
 #include "lab/scenes/scene_levels.hpp"
 #include "support/scene_images.hpp"
-#include "support/small_scene_test.hpp"
 #include "support/test.hpp"
+#include "tools/small_scene_test.hpp"
 
 namespace dynfilter::testing {
 namespace {

@@ -8,8 +8,8 @@
 #include <dynfilter/evaluation/rgbd_sequence.hpp>
 
 #include "lab/odometry/frame_features.hpp"
+#include "lab/odometry/odometry_scene.hpp"
 #include "lab/odometry/orb_extractor.hpp"
-#include "support/odometry_scene.hpp"
 #include "support/test.hpp"
 
 namespace odometry {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
+#include "lab/level_scenes.hpp"
 #include "support/filter_property.hpp"
-#include "support/level_scenes.hpp"
 #include "support/test.hpp"
 
 namespace dynfilter::testing {

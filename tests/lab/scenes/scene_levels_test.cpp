@@ -3,7 +3,7 @@
 
 #include "lab/scenes/scene_levels.hpp"
 
-#include "support/level_scenes.hpp"
+#include "lab/level_scenes.hpp"
 #include "support/test.hpp"
 
 namespace dynfilter::testing {

@@ -3,8 +3,8 @@
 
 #include "lab/scenes/synthetic_scene.hpp"
 
+#include "lab/level_scenes.hpp"
 #include "lab/scenes/renderer.hpp"
-#include "support/level_scenes.hpp"
 #include "support/test.hpp"
 
 namespace dynfilter::testing {

@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "support/program.hpp"
+#include "tools/program.hpp"
 
 #include "support/test.hpp"
 

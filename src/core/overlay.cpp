@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DETAIL_OVERLAY_DRAWING_HPP
-#define DYNFILTER_DETAIL_OVERLAY_DRAWING_HPP
+#include "dynfilter/overlay.hpp"
 
 #include <algorithm>
 #include <array>
@@ -10,17 +9,14 @@
 #include <string>
 #include <utility>
 
-#include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/rectangles.hpp"
-#include "dynfilter/features.hpp"
-#include "dynfilter/labels.hpp"
-#include "dynfilter/segmentation.hpp"
 #include "dynfilter/statistics.hpp"
 
-namespace dynfilter::detail {
+namespace dynfilter {
+namespace {
 
 /// Style of one kind of feature.
 struct MarkStyle {
@@ -32,7 +28,7 @@ struct MarkStyle {
   cv::Scalar colour;  // BGR
 };
 
-inline const std::array<MarkStyle, 7>& mark_styles() {
+const std::array<MarkStyle, 7>& mark_styles() {
   static const std::array<MarkStyle, 7> styles = {{
       {Reason::untouched, "kept", MarkStyle::ring, 6, {233, 180, 86}},
       {Reason::in_mask, "in mask", cv::MARKER_TILTED_CROSS, 7, {0, 94, 213}},
@@ -45,7 +41,7 @@ inline const std::array<MarkStyle, 7>& mark_styles() {
   return styles;
 }
 
-inline const MarkStyle& mark_style(const FeatureLabel& label) {
+const MarkStyle& mark_style(const FeatureLabel& label) {
   const auto& styles = mark_styles();
   const auto has_reason = [&](const MarkStyle& style) { return style.reason == label.reason; };
   const auto found = std::find_if(styles.begin(), styles.end(), has_reason);
@@ -53,7 +49,7 @@ inline const MarkStyle& mark_style(const FeatureLabel& label) {
 }
 
 /// Draws a mark with a dark rim, so that it is visible on any background.
-inline void draw_mark(cv::Mat& canvas, cv::Point centre, const MarkStyle& style) {
+void draw_mark(cv::Mat& canvas, cv::Point centre, const MarkStyle& style) {
   for (const auto& [colour, thickness] : {std::pair(cv::Scalar(), 3), std::pair(style.colour, 1)}) {
     if (style.marker == MarkStyle::ring) {
       cv::circle(canvas, centre, style.size / 2, colour, thickness, cv::LINE_AA);
@@ -64,9 +60,9 @@ inline void draw_mark(cv::Mat& canvas, cv::Point centre, const MarkStyle& style)
 }
 
 /// Tints the pixels of a mask and draws its contour, so that poor borders are visible.
-inline void draw_mask(cv::Mat& canvas, const Instance& instance, const cv::Scalar& colour) {
+void draw_mask(cv::Mat& canvas, const Instance& instance, const cv::Scalar& colour) {
   constexpr double opacity = 0.20;  // of the tint; the contour is opaque
-  const cv::Rect area = clip({instance.mask_origin, instance.mask.size()}, canvas.size());
+  const cv::Rect area = detail::clip({instance.mask_origin, instance.mask.size()}, canvas.size());
   for (int y = area.y; y < area.y + area.height; ++y) {
     auto* row = canvas.ptr<cv::Vec3b>(y);
     for (int x = area.x; x < area.x + area.width; ++x) {
@@ -83,8 +79,8 @@ inline void draw_mask(cv::Mat& canvas, const Instance& instance, const cv::Scala
 
 /// Draws dynamic objects in vermilion and others in grey; all in vermilion if the labels have no
 /// statistics for them.
-inline void draw_masks(cv::Mat& canvas, const Segmentation& segmentation,
-                       const FrameStatistics& statistics) {
+void draw_masks(cv::Mat& canvas, const Segmentation& segmentation,
+                const FrameStatistics& statistics) {
   for (std::size_t k = 0; k < segmentation.instances.size(); ++k) {
     const bool is_static = k < statistics.instances.size() && !statistics.instances[k].dynamic;
     draw_mask(canvas, segmentation.instances[k],
@@ -92,9 +88,9 @@ inline void draw_masks(cv::Mat& canvas, const Segmentation& segmentation,
   }
 }
 
-inline void draw_boxes(cv::Mat& canvas, const Segmentation& segmentation) {
+void draw_boxes(cv::Mat& canvas, const Segmentation& segmentation) {
   for (std::size_t k = 0; k < segmentation.instances.size(); ++k) {
-    const cv::Rect box = clip(segmentation.instances[k].box, canvas.size());
+    const cv::Rect box = detail::clip(segmentation.instances[k].box, canvas.size());
     if (box.empty()) continue;
     cv::rectangle(canvas, box, cv::Scalar(255, 255, 255), 1);
     cv::putText(canvas, std::to_string(k), box.tl() + cv::Point(3, 13), cv::FONT_HERSHEY_SIMPLEX,
@@ -102,7 +98,7 @@ inline void draw_boxes(cv::Mat& canvas, const Segmentation& segmentation) {
   }
 }
 
-inline void draw_marks(cv::Mat& canvas, FeaturesView features, const FeatureLabels& labels) {
+void draw_marks(cv::Mat& canvas, FeaturesView features, const FeatureLabels& labels) {
   const cv::Rect drawable(-8, -8, canvas.cols + 16, canvas.rows + 16);
   // Draw kept features first, so that the removed ones lie on top.
   for (const bool removed : {false, true}) {
@@ -115,14 +111,14 @@ inline void draw_marks(cv::Mat& canvas, FeaturesView features, const FeatureLabe
 }
 
 /// Draws the legend: a strip that names the marks in use, with their counts.
-inline cv::Mat draw_legend(const FeatureLabels& labels, int width) {
+cv::Mat draw_legend(const FeatureLabels& labels, int width) {
   cv::Mat strip(22, width, CV_8UC3, cv::Scalar(40, 40, 40));
   int x = 12;
   for (const MarkStyle& style : mark_styles()) {
     std::size_t count = 0;
     for (const FeatureLabel& label : labels) count += &mark_style(label) == &style ? 1 : 0;
     if (count == 0) continue;
-    const std::string text = concatenate(style.name, " ", count);
+    const std::string text = detail::concatenate(style.name, " ", count);
     draw_mark(strip, {x, 11}, style);
     cv::putText(strip, text, {x + 9, 15}, cv::FONT_HERSHEY_SIMPLEX, 0.42, cv::Scalar(255, 255, 255),
                 1, cv::LINE_AA);
@@ -136,11 +132,12 @@ inline cv::Mat draw_legend(const FeatureLabels& labels, int width) {
   return strip;
 }
 
-inline cv::Mat colour_copy(const cv::Mat& image) {
+cv::Mat colour_copy(const cv::Mat& image) {
   if (image.empty() || image.dims != 2 || (image.type() != CV_8UC1 && image.type() != CV_8UC3)) {
-    throw_misuse("draw_overlay",
-                 concatenate("an image of type ", type_name(image), " and size ", size_name(image)),
-                 "a CV_8UC1 or CV_8UC3 image");
+    detail::throw_misuse("draw_overlay",
+                         detail::concatenate("an image of type ", detail::type_name(image),
+                                             " and size ", detail::size_name(image)),
+                         "a CV_8UC1 or CV_8UC3 image");
   }
   cv::Mat canvas;
   if (image.type() == CV_8UC1) {
@@ -151,6 +148,35 @@ inline cv::Mat colour_copy(const cv::Mat& image) {
   return canvas;
 }
 
-}  // namespace dynfilter::detail
+}  // namespace
 
-#endif  // DYNFILTER_DETAIL_OVERLAY_DRAWING_HPP
+cv::Mat draw_overlay(const cv::Mat& image, const Segmentation& segmentation, FeaturesView features,
+                     const FeatureLabels& labels) {
+  if (labels.size() != features.size()) {
+    detail::throw_misuse(
+        "draw_overlay",
+        detail::concatenate(labels.size(), " labels and ", features.size(), " features"),
+        "one label per feature");
+  }
+  validate(segmentation, "draw_overlay");
+  if (!segmentation.image_size.empty() && !detail::has_size(image, segmentation.image_size)) {
+    detail::throw_misuse("draw_overlay",
+                         detail::concatenate("a segmentation of image_size ",
+                                             detail::size_name(segmentation.image_size),
+                                             " and an image of ", detail::size_name(image)),
+                         "the same size");
+  }
+  cv::Mat canvas = colour_copy(image);
+  draw_masks(canvas, segmentation, labels.statistics());
+  draw_boxes(canvas, segmentation);
+  draw_marks(canvas, features, labels);
+  cv::vconcat(canvas, draw_legend(labels, canvas.cols), canvas);
+  return canvas;
+}
+
+cv::Mat draw_features(const cv::Mat& image, FeaturesView features) {
+  const FeatureLabels untouched(features.size(), Segmentation());
+  return draw_overlay(image, Segmentation(), features, untouched);
+}
+
+}  // namespace dynfilter

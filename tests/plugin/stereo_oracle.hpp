@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "dynfilter/stereo_depths.hpp"
+#include "plugin/stereo_depths.hpp"
 #include "support/test.hpp"
 
 namespace dynfilter::testing {

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "dynfilter/stereo_depths.hpp"
+#include "plugin/stereo_depths.hpp"
 
+#include "plugin/stereo_oracle.hpp"
 #include "support/guarded_image.hpp"
-#include "support/stereo_oracle.hpp"
 #include "support/test.hpp"
 
 namespace dynfilter::testing {

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_STEREO_DEPTHS_HPP
-#define DYNFILTER_STEREO_DEPTHS_HPP
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -18,11 +17,11 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/pixel_scale.hpp"
 #include "dynfilter/detail/rectangles.hpp"
-#include "dynfilter/detail/row_search.hpp"
 #include "dynfilter/features.hpp"
 #include "dynfilter/frame_features.hpp"
 #include "dynfilter/mask_culler.hpp"
 #include "dynfilter/workspace.hpp"
+#include "plugin/row_search.hpp"
 
 namespace dynfilter {
 
@@ -265,5 +264,3 @@ inline void stereo_areas(const FrameView& frame, const Segmentation& segmentatio
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_STEREO_DEPTHS_HPP

@@ -1,10 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DETAIL_ROW_SEARCH_HPP
-#define DYNFILTER_DETAIL_ROW_SEARCH_HPP
-
-#include "dynfilter/detail/require_cxx17.hpp"
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -166,5 +163,3 @@ class RowSearch {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_ROW_SEARCH_HPP
