@@ -321,7 +321,8 @@ FrameView RgbdSequence::read(std::size_t i) const {
   if (!camera_.image_size.empty() && size != camera_.image_size) {
     detail::throw_file_error(listed.image_path, detail::size_name(size) + " pixels, but " +
                                                     camera_file_.string() + " says " +
-                                                    detail::size_name(camera_.image_size));
+                                                    detail::size_name(camera_.image_size) +
+                                                    "; is the camera file another camera's?");
   }
   if (!has_depth_) return frame;
 
@@ -338,7 +339,8 @@ FrameView RgbdSequence::read(std::size_t i) const {
     constexpr double no_depth = 65535;  // of simulators, and of floats that were converted
     depth.setTo(0, depth == no_depth);
   }
-  frame.depth = detail::fitted(depth, size, listed.depth_path, listed.image_path.string());
+  frame.depth = detail::fitted(depth, size, listed.depth_path, listed.image_path.string(),
+                               "; register depth to the images");
   return frame;
 }
 

@@ -91,9 +91,9 @@ inline cv::Mat read_image(const std::filesystem::path& path, int flags) {
 
 /// Returns the pixels of a mask or of depth at the size of the image that they belong to: those of
 /// the same shape, to a pixel, by the nearest neighbour. Throws std::runtime_error that names the
-/// file for another shape, and says what it may be.
+/// file for another shape, and says what it may be; `advice` is for sizes of networks' inputs.
 inline cv::Mat fitted(const cv::Mat& pixels, cv::Size size, const std::filesystem::path& path,
-                      const std::string& of) {
+                      const std::string& of, const char* advice) {
   if (pixels.size() == size) return pixels;
   const auto is_alike = [&](std::int64_t width, std::int64_t height) {
     return std::abs(width * size.height - height * size.width) <= std::max(size.width, size.height);
@@ -107,9 +107,7 @@ inline cv::Mat fitted(const cv::Mat& pixels, cv::Size size, const std::filesyste
   if (is_alike(pixels.rows, pixels.cols)) {
     what += "; is one of them turned by 90 degrees?";
   } else if (pixels.cols % 32 == 0 && pixels.rows % 32 == 0) {
-    what +=
-        "; is it a network's input with borders (letterboxed)? Ultralytics' retina_masks=True "
-        "gives masks of the image's size";
+    what += advice;
   }
   throw_file_error(path, what);
 }

@@ -7,8 +7,8 @@
 #include <set>
 #include <string>
 
+#include "dynfilter/diagnosis/input_checks.hpp"
 #include "dynfilter/frame.hpp"
-#include "dynfilter/segmenters/input_checks.hpp"
 #include "plugin/frame_answer.hpp"
 #include "plugin/plugin_settings.hpp"
 #include "plugin/recorder.hpp"

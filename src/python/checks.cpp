@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "dynfilter/segmenters/input_checks.hpp"
+#include "dynfilter/diagnosis/input_checks.hpp"
 #include "filter_arguments.hpp"
 #include "values.hpp"
 
@@ -42,7 +42,9 @@ wanted_features: number asked for in each frame; 0: unknown)")
       .def(
           "note_camera",
           [](InputChecks& self, double fx, double fy, double cx, double cy) {
-            self.note_camera({"", fx, fy, cx, cy});
+            Camera camera;
+            camera.fx = fx, camera.fy = fy, camera.cx = cx, camera.cy = cy;
+            self.note_camera(camera);
           },
           py::arg("fx"), py::arg("fy"), py::arg("cx"), py::arg("cy"), "Notes the camera, pixels.")
       .def(

@@ -273,7 +273,7 @@ Segmentation MaskFolderSegmenter::do_segment(const FrameView& frame) {
                                        detail::size_name(result.image_size) +
                                        "; register depth to the image, at its size");
   }
-  pixels = detail::fitted(pixels, result.image_size, file, "the frame");
+  pixels = detail::fitted(pixels, result.image_size, file, "the frame", detail::if_letterboxed);
   const std::optional<double>& own_time_s = mask->second.time_s;
   if (own_time_s && !is_within_reach(mask, *own_time_s)) {
     result.timestamp_s = *own_time_s;

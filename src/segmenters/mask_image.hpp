@@ -20,6 +20,11 @@
 
 namespace dynfilter::detail {
 
+/// Advice about masks of the sizes of networks' inputs.
+constexpr const char* if_letterboxed =
+    "; is it a network's input with borders (letterboxed)? Ultralytics' retina_masks=True gives "
+    "masks of the image's size";
+
 /// Parts of a PNG file whose first chunk, as always, is its header.
 struct PngHeader {
   static constexpr std::size_t chunk = 8, bit_depth = 24, colour_type = 25, checksum = 29, end = 33;

@@ -19,8 +19,8 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/kernels/instruction_set.hpp"
 #include "dynfilter/detail/number_text.hpp"
+#include "dynfilter/diagnosis/input_checks.hpp"
 #include "dynfilter/dynamic_filter.hpp"
-#include "dynfilter/segmenters/input_checks.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "dynfilter/version.hpp"
 #include "frame_source.hpp"
@@ -90,8 +90,7 @@ void check_frames(FrameSource& source, Findings& found) {
     }
   }
   if (!errors.empty() && errors.size() == looked_at) {
-    found.add(Verdict::broken, errors.front() + "; so it is with every frame that was looked at",
-              "is the camera file another camera's? If not, see how the images were exported");
+    found.add(Verdict::broken, errors.front() + "; so it is with every frame that was looked at");
     return;
   }
   for (const std::string& error : errors) {

@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "dynfilter/detail/quantile.hpp"
+#include "dynfilter/diagnosis/input_checks.hpp"
 #include "dynfilter/evaluation/feature_scores.hpp"
 #include "dynfilter/evaluation/trajectory_errors.hpp"
 #include "dynfilter/mask_culler.hpp"
-#include "dynfilter/segmenters/input_checks.hpp"
 #include "dynfilter/statistics.hpp"
 #include "frame_source.hpp"
 #include "rule_set.hpp"

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "dynfilter/segmenters/input_checks.hpp"
+#include "dynfilter/diagnosis/input_checks.hpp"
 #include "frame_source.hpp"
 #include "rule_run.hpp"
 
@@ -21,8 +21,7 @@ class SourceChecks {
  public:
   SourceChecks(const FrameSource& source, const RunSettings& settings, bool moves_masks = false)
       : source_(source), checks_(options_of(settings, moves_masks)) {
-    const SequenceCamera camera = source.facts().camera;
-    checks_.note_camera({"", camera.fx, camera.fy, camera.cx, camera.cy});
+    checks_.note_camera(source.facts().camera);
   }
 
   /// Adds a frame with the masks that the rule gets and all features.
@@ -51,6 +50,12 @@ class SourceChecks {
       return finding.check == "masks_empty" && !has_people_;
     };
     found.erase(std::remove_if(found.begin(), found.end(), is_right), found.end());
+    const std::string unchecked = checks_.unchecked();
+    if (!unchecked.empty()) {
+      found.push_back({"unchecked",
+                       "fewer than 8 frames had " + unchecked + ", so that this was not checked",
+                       false});
+    }
     return found;
   }
 

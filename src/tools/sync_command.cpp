@@ -11,8 +11,8 @@
 
 #include "commands.hpp"
 #include "dynfilter/detail/number_text.hpp"
+#include "dynfilter/diagnosis/depth_offset_estimator.hpp"
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
-#include "dynfilter/segmenters/depth_offset_estimator.hpp"
 #include "frame_source.hpp"
 #include "io/file_error.hpp"
 #include "progress_bar.hpp"

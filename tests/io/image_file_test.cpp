@@ -71,12 +71,13 @@ TEST(ImageFile, RefusesATruncatedJpegByName) {
 // --- Images of another size ----------------------------------------------------------------------
 
 cv::Mat fit(cv::Size own, cv::Size size) {
-  return fitted(cv::Mat(own, CV_8UC1, cv::Scalar(7)), size, "mask.png", "the frame");
+  return fitted(cv::Mat(own, CV_8UC1, cv::Scalar(7)), size, "mask.png", "the frame",
+                "; use retina_masks=True");
 }
 
 TEST(Fitted, ResizesTheSameShape) {
   const cv::Mat small = (cv::Mat_<unsigned char>(2, 2) << 1, 2, 3, 4);
-  const cv::Mat large = fitted(small, {6, 4}, "mask.png", "the frame");
+  const cv::Mat large = fitted(small, {6, 4}, "mask.png", "the frame", "");
   EXPECT_EQ(large.size(), cv::Size(6, 4));
   for (int y = 0; y < 4; ++y) {
     for (int x = 0; x < 6; ++x) EXPECT_EQ(large.at<unsigned char>(y, x), 1 + y / 2 * 2 + x / 3);
@@ -94,7 +95,8 @@ TEST(Fitted, NamesWhatHasAnotherShape) {
   const auto refuses = [](cv::Size own, cv::Size size, const std::string& part) {
     testing::expect_error<std::runtime_error>([&] { fit(own, size); }, part);
   };
-  refuses({640, 384}, {640, 360}, "mask.png: 640x384 pixels, but the frame has 640x360; is it a");
+  refuses({640, 384}, {640, 360},
+          "mask.png: 640x384 pixels, but the frame has 640x360; use retina");
   refuses({640, 640}, {640, 480}, "retina_masks=True");
   refuses({448, 640}, {640, 427}, "retina_masks=True");
   refuses({192, 256}, {1920, 1440}, "turned by 90 degrees?");

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "dynfilter/segmenters/depth_offset_estimator.hpp"
+#include "dynfilter/diagnosis/depth_offset_estimator.hpp"
 
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "support/test.hpp"

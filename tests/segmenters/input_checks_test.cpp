@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "dynfilter/segmenters/input_checks.hpp"
+#include "dynfilter/diagnosis/input_checks.hpp"
 
 #include "dynfilter/dynamic_filter.hpp"
 #include "lab/odometry/orb_extractor.hpp"
@@ -57,7 +57,13 @@ InputChecksOptions usual_options() {
   return options;
 }
 
-const CheckedCamera usual_camera{"", 267.7, 269.6, 160.05, 123.8};
+Camera camera_of(double fx, double fy, double cx, double cy) {
+  Camera camera;
+  camera.fx = fx, camera.fy = fy, camera.cx = cx, camera.cy = cy;
+  return camera;
+}
+
+const Camera usual_camera = camera_of(267.7, 269.6, 160.05, 123.8);
 
 using Change = std::function<void(CheckedFrame&, int)>;
 
@@ -216,6 +222,10 @@ TEST(InputChecks, EachSpeaksAlone) {
        [](CheckedFrame& f, int) { set_whole_mask(f, whole_mask(f) == 0); }},
       {"masks_everywhere", "100 % of the image",
        [](CheckedFrame& f, int) { set_whole_mask(f, whole_mask(f) + 1); }, true},
+      {"masks_boxes", "filled boxes",
+       [](CheckedFrame& f, int) {
+         for (Instance& one : f.masks->instances) one.mask.setTo(255);
+       }},
       {"masks_classes", "classes 1, 57",
        [](CheckedFrame& f, int i) {
          for (Instance& one : f.masks->instances) one.class_id = i % 2 == 0 ? 1 : 57;
@@ -253,16 +263,52 @@ TEST(InputChecks, EachSpeaksAlone) {
   }
 }
 
+/// A street's median is 14 m, and a car is wider than a person.
+TEST(InputChecks, AreSilentAboutStreets) {
+  InputChecksOptions options = usual_options();
+  options.dynamic_classes = {0, 2};
+  const InputChecks checks = checked(
+      [](CheckedFrame& frame, int) {
+        frame.view.metres_per_unit *= 5;
+        for (Instance& one : frame.masks->instances) one.class_id = 2;
+      },
+      options);
+  EXPECT_EQ(all_sentences(checks), "");
+}
+
+TEST(InputChecks, JudgeMasksOrImagesAlone) {
+  const Change inverted = [](CheckedFrame& frame, int) {
+    set_whole_mask(frame, whole_mask(frame) == 0);
+  };
+  const auto alone = [&](bool has_image, const Change& change) {
+    return checked([&](CheckedFrame& frame, int i) {
+      change(frame, i);
+      if (!has_image) frame.view.image.release();
+      if (has_image) frame.masks.reset();
+      frame.view.depth.release();
+      frame.statistics.reset();
+    });
+  };
+  const InputChecks masks = alone(false, inverted), images = alone(true, [](auto&, int) {});
+  EXPECT_EQ(names(masks), "masks_everywhere ");
+  for (const char* other : {"depth", "camera"}) {
+    EXPECT_EQ(all_sentences(masks).find(other), std::string::npos) << all_sentences(masks);
+  }
+  EXPECT_EQ(masks.unchecked(), "images or depth");
+  EXPECT_EQ(names(images), "masks_missing ");
+  EXPECT_EQ(images.unchecked(), "depth or masks");
+  EXPECT_EQ(checked([](CheckedFrame&, int) {}).unchecked(), "");
+}
+
 TEST(InputChecks, TheCameraMayBeAnother) {
   InputChecks checks = checked([](CheckedFrame&, int) {});
-  const auto said_of = [&](const CheckedCamera& camera) {
+  const auto said_of = [&](const Camera& camera) {
     checks.note_camera(camera);
     return names(checks);
   };
   EXPECT_EQ(said_of(usual_camera), "");
-  EXPECT_EQ(said_of({}), "");
-  EXPECT_EQ(said_of({"", 535.4, 539.2, 320.1, 247.6}), "camera_size ");
-  EXPECT_EQ(said_of({"KannalaBrandt8", 267.7, 269.6, 160.05, 123.8}), "camera_model ");
+  EXPECT_EQ(said_of(Camera()), "");
+  EXPECT_EQ(said_of(camera_of(535.4, 539.2, 320.1, 247.6)), "camera_size ");
 }
 
 TEST(InputChecks, ValuesOfMasksMayBeClassesOrShades) {

@@ -70,6 +70,7 @@ TEST_F(Doctor, SaysWhatIsMissing) {
   const Outcome without = examined();
   EXPECT_EQ(without.exit_code, 0) << without.printed;
   expect_mentions(without, "no masks/");
+  expect_mentions(without, "fewer than 8 frames had masks, so that this was not checked");
   fs::remove(scene() / "camera.yaml");
   const Outcome broken = examined();
   EXPECT_NE(broken.exit_code, 0);
