@@ -24,6 +24,8 @@ function(dynfilter_needs out target)
       list(APPEND opencv ${CMAKE_MATCH_1})
     elseif(link MATCHES "^Eigen3::")
       string(APPEND calls "find_dependency(Eigen3 CONFIG)\n")
+    elseif(link STREQUAL "cppzmq")
+      string(APPEND calls "find_dependency(cppzmq CONFIG)\n")
     elseif(link STREQUAL "Threads::Threads")
       string(APPEND calls "find_dependency(Threads)\n")
     elseif(link MATCHES "^dynfilter(_|::)(.+)$" AND NOT CMAKE_MATCH_2 STREQUAL "dynfilter")
@@ -80,6 +82,9 @@ dynfilter_package(core dynfilter BESIDE dynfilter_header_only)
 if(TARGET dynfilter_segmenters)
   dynfilter_package(segmenters dynfilter_segmenters segmenters)
 endif()
+if(TARGET dynfilter_remote)
+  dynfilter_package(remote dynfilter_remote remote)
+endif()
 if(TARGET dynfilter_motion)
   dynfilter_package(motion dynfilter_motion motion)
 endif()
@@ -101,7 +106,7 @@ install(
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
   COMPONENT dynfilter-core
   FILES_MATCHING PATTERN "*.hpp"
-  REGEX "/include/dynfilter/(segmenters|motion|networks|evaluation|plugin\\.hpp)$" EXCLUDE)
+  REGEX "/include/dynfilter/(segmenters|remote|motion|networks|evaluation|plugin\\.hpp)$" EXCLUDE)
 
 # --- The config and its version file -------------------------------------------------------------
 write_basic_package_version_file(

@@ -80,7 +80,9 @@ need_build_packages() {
 need_tool_packages() {
   is_available libcli11-dev || die "this release has no package libcli11-dev, which the program needs.
 The library and its tests do without: bash tests/run.sh"
-  need_build_packages libcli11-dev nlohmann-json3-dev
+  local packages=(libcli11-dev nlohmann-json3-dev)
+  if is_available cppzmq-dev; then packages+=(cppzmq-dev); fi # masks of another process
+  need_build_packages "${packages[@]}"
 }
 
 # Sets the array `configure_options` for every build: Ninja, and ccache if it is installed.

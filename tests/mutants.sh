@@ -55,7 +55,7 @@ options=()
 if [[ $core == yes ]]; then
   name=mutants-core
   files='^include/dynfilter/(detail/)?[^/]*$'
-  for component in SEGMENTERS MOTION NETWORKS EVALUATION TOOLS EXAMPLES; do
+  for component in SEGMENTERS REMOTE MOTION NETWORKS EVALUATION TOOLS EXAMPLES; do
     options+=("-DDYNFILTER_BUILD_$component=OFF")
   done
 fi

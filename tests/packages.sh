@@ -50,7 +50,7 @@ try_suite() {
   log "$suite: a bare system that makes the packages"
   make_system "$suite" "$maker"
   copy_repository "$root" "$maker"
-  install_in "$maker" g++ cmake ninja-build libopencv-dev libeigen3-dev libcli11-dev nlohmann-json3-dev \
+  install_in "$maker" g++ cmake ninja-build libopencv-dev libeigen3-dev libcli11-dev nlohmann-json3-dev cppzmq-dev \
     pybind11-dev python3-dev python3-mypy python3-numpy file dpkg-dev help2man lintian
   in_system "$maker" cmake -S /srv/dynfilter -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
     -DCMAKE_INSTALL_PREFIX=/usr -DDYNFILTER_DEBIAN=ON -DDYNFILTER_BUILD_PYTHON=ON -DDYNFILTER_BUILD_TESTS=OFF \
@@ -95,7 +95,7 @@ try_suite() {
   cat >"$user/srv/first/CMakeLists.txt" <<'END'
 cmake_minimum_required(VERSION 3.16)
 project(first LANGUAGES CXX)
-find_package(dynfilter 0.3 REQUIRED COMPONENTS segmenters motion evaluation plugin)
+find_package(dynfilter 0.3 REQUIRED COMPONENTS segmenters remote motion evaluation plugin)
 find_package(OpenCV 4 REQUIRED COMPONENTS features2d imgcodecs)
 add_executable(first first_program.cpp)
 target_link_libraries(first PRIVATE dynfilter::dynfilter ${OpenCV_LIBS})

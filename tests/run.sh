@@ -177,6 +177,10 @@ step_dev() {
 packages=(python3-numpy)
 # The tests of networks make their models with it; without it they are skipped.
 if is_available python3-onnx; then packages+=(python3-onnx); fi
+# Without them, masks of another process are neither built nor tested.
+for package in cppzmq-dev nlohmann-json3-dev python3-zmq; do
+  if is_available "$package"; then packages+=("$package"); fi
+done
 dev_options=(-DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_EXPORT_COMPILE_COMMANDS=ON)
 # Without --all, the unit tests run once, in the sanitized build.
 if [[ $all == yes || $wanted == *' valgrind '* ]]; then

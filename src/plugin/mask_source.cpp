@@ -17,7 +17,7 @@
 #include "dynfilter/segmenters/async_segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
-#include "dynfilter/segmenters/remote_segmenter.hpp"
+#include "dynfilter/remote/remote_segmenter.hpp"
 #endif
 #ifdef DYNFILTER_HAS_NETWORKS
 #include "dynfilter/networks/network_segmenter.hpp"

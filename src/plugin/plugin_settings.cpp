@@ -124,8 +124,8 @@ void read_segmenter(Keys& keys, PluginSettings& settings) {
   settings.device = keys.text("device", settings.device);
 #ifndef DYNFILTER_HAS_REMOTE_SEGMENTER
   if (!settings.remote.empty()) {
-    keys.refuse("remote", "a socket, but this dynfilter was built without remote masks",
-                "one built for Linux");
+    keys.refuse("remote", settings.remote + ", but this dynfilter was built without remote masks",
+                "one built with -DDYNFILTER_BUILD_REMOTE=ON, where ZeroMQ is (cppzmq-dev)");
   }
 #endif
 #ifndef DYNFILTER_HAS_NETWORKS

@@ -24,7 +24,7 @@ struct PluginSettings {
   std::string prefix;          ///< of the keys, with its dot
   bool enabled = true;         ///< false: the filter is switched off, and nothing else was read
   std::string mask_folder;     ///< one of these three is set: the folder,
-  std::string remote;          ///< the socket of another process,
+  std::string remote;          ///< the address of another process,
   std::string model;           ///< or the file of a network
   std::string device = "cpu";  ///< that the network runs on
   MaskFolderOptions mask_folder_options;

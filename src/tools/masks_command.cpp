@@ -309,7 +309,7 @@ void add_masks_command(CLI::App& program) {
   command->callback([options, of_images] {
     const bool is_labels = options->format == labels_format;
     if (is_labels && options->segmenter.is_unset()) {
-      throw CLI::RequiredError("a segmenter, --remote SOCKET or --model FILE,");
+      throw CLI::RequiredError("a segmenter, --remote ADDRESS or --model FILE,");
     }
     for (const CLI::Option* option : of_images) {
       if (!is_labels || option->empty()) continue;

@@ -6,25 +6,29 @@
 #include <stdexcept>
 
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/segmenters/remote_segmenter.hpp"
 #ifdef DYNFILTER_HAS_NETWORKS
 #include "dynfilter/networks/network_segmenter.hpp"
+#endif
+#ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
+#include "dynfilter/remote/remote_segmenter.hpp"
 #endif
 
 namespace dynfilter::tools {
 
 std::string SegmenterSpec::name() const {
-  if (!remote.empty()) return "process at " + remote.string();
+  if (!remote.empty()) return "process at " + remote;
   return model.string();
 }
 
 std::unique_ptr<Segmenter> SegmenterSpec::make() const {
+#ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
   if (!remote.empty()) {
     RemoteSegmenterOptions options;
     options.timeout_s = remote_timeout_s;
     options.retry_interval_s = 0.1;  // either side may start first
     return std::make_unique<RemoteSegmenter>(remote, options);
   }
+#endif
 #ifdef DYNFILTER_HAS_NETWORKS
   if (!model.empty()) {
     NetworkOptions options;
@@ -32,13 +36,14 @@ std::unique_ptr<Segmenter> SegmenterSpec::make() const {
     return std::make_unique<NetworkSegmenter>(model, options);
   }
 #endif
-  throw std::runtime_error("this build lacks the chosen segmenter");
+  throw std::runtime_error("this dynfilter was built without " +
+                           std::string(remote.empty() ? "networks" : "ZeroMQ (cppzmq-dev)"));
 }
 
 void add_segmenter_options(CLI::App& command, SegmenterSpec& segmenter) {
   CLI::Option* remote = command.add_option(
       "--remote", segmenter.remote,
-      "use the masks of the process that listens at this socket, see examples/remote_masks");
+      "use the masks of the process that listens at this address, see examples/remote_masks");
   command
       .add_option("--remote-timeout", segmenter.remote_timeout_s,
                   "longest wait for the masks of a frame, seconds")

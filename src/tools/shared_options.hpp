@@ -84,7 +84,7 @@ inline void add_setting_options(CLI::App& command, RunSettings& settings) {
 
 /// Chooses a segmenter that works on images.
 struct SegmenterSpec {
-  std::filesystem::path remote;  ///< socket of another process
+  std::string remote;  ///< address of another process
   double remote_timeout_s = 1.0;
   std::filesystem::path model;  ///< ONNX file of a network
   std::string device = "cpu";   ///< that it runs on

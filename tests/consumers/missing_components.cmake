@@ -18,6 +18,13 @@ expect("${output}" "found: core segmenters\\.")
 run_and_fail(output ${configure} ${without_eigen} -DREQUIRED=evaluation -DOPTIONAL=)
 expect("${output}" "Eigen3")
 
+# ZeroMQ, too.
+set(without_zeromq -DCMAKE_DISABLE_FIND_PACKAGE_cppzmq=ON)
+run(output ${configure} ${without_zeromq} -DREQUIRED=segmenters -DOPTIONAL=remote)
+expect("${output}" "found: core segmenters\\.")
+run_and_fail(output ${configure} ${without_zeromq} -DREQUIRED=remote -DOPTIONAL=)
+expect("${output}" "cppzmq|no component 'remote' here")
+
 # An OpenCV without dnn: networks is left out when building, and refused by name when asked for.
 fresh_folder(opencv missing_components_opencv)
 file(WRITE ${opencv}/OpenCVConfig.cmake [=[
@@ -37,9 +44,10 @@ file(WRITE ${opencv}/OpenCVConfigVersion.cmake
      "set(PACKAGE_VERSION 4.6.0)\nset(PACKAGE_VERSION_COMPATIBLE TRUE)\n")
 fresh_folder(build missing_components_without_dnn)
 configure_command(configure_dynfilter ${SOURCE_DIR} ${build})
-run(output ${configure_dynfilter} -DOpenCV_DIR=${opencv} -DDYNFILTER_BUILD_TESTS=OFF
+run(output ${configure_dynfilter} -DOpenCV_DIR=${opencv} ${without_zeromq} -DDYNFILTER_BUILD_TESTS=OFF
     -DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=OFF)
 expect("${output}" "dynfilter::networks is not built: this OpenCV has no module dnn")
+expect("${output}" "dynfilter::remote is not built: it needs cppzmq")
 run(output ${configure} -DCMAKE_DISABLE_FIND_PACKAGE_Eigen3=OFF -DOpenCV_DIR=${opencv}
     -DREQUIRED=segmenters -DOPTIONAL=networks)
 expect("${output}" "found: core segmenters\\.")

@@ -59,6 +59,11 @@ if(EXISTS ${pc_folder}/dynfilter-networks.pc)
   expect_consumer(dynfilter-networks ${source} core imgproc dnn)
   set(dnn dnn)
 endif()
+if(EXISTS ${pc_folder}/dynfilter-remote.pc)
+  write_source(source remote dynfilter/remote/remote_segmenter.hpp
+               "dynfilter::RemoteSegmenter people(\"none\");")
+  expect_consumer(dynfilter-remote ${source} core imgproc)
+endif()
 write_source(source plugin dynfilter/plugin.hpp 
              "try { dynfilter::Plugin plugin(\"none.yaml\"); } catch (const std::exception&) {}")
 expect_consumer(dynfilter-plugin ${source} core imgproc imgcodecs video ${dnn})

@@ -12,9 +12,6 @@
 #include "dynfilter/segmenters/async_segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 #include "dynfilter/segmenters/mask_propagator.hpp"
-#if defined(__linux__)
-#include "dynfilter/segmenters/remote_segmenter.hpp"
-#endif
 #include "dynfilter/workspace.hpp"
 #include "support/test.hpp"
 
@@ -33,9 +30,6 @@ static_assert(moves_without_failing<MaskPropagator>);
 static_assert(moves_without_failing<MotionJudge>);
 static_assert(moves_without_failing<NetworkSegmenter>);
 static_assert(moves_without_failing<Plugin>);
-#if defined(__linux__)
-static_assert(moves_without_failing<RemoteSegmenter>);
-#endif
 
 // Values of one frame. Not Instance: OpenCV gives cv::Mat no label.
 static_assert(std::is_nothrow_move_constructible_v<FeatureLabels>);

@@ -7,7 +7,7 @@
 
 #include "support/host_frame.hpp"
 #include "support/test.hpp"
-#if defined(__linux__)
+#ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
 #include "support/remote_peer.hpp"
 #endif
 
@@ -67,8 +67,10 @@ void refuses_file(const std::string& file, const std::string& part) {
 
 TEST_F(PluginTest, NeedsExactlyOneSourceOfMasks) {
   refuses_file(raw_settings("dynfilter.floor: 3\n"), "dynfilter.mask_folder: got nothing");
-#if defined(__linux__)
+#ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
   refuses_file(settings("dynfilter.remote: \"socket\"\n"), "got mask_folder and remote");
+#else
+  refuses_file(raw_settings("dynfilter.remote: \"socket\"\n"), "was built without remote masks");
 #endif
 }
 
@@ -79,17 +81,16 @@ TEST_F(PluginTest, NamesANetworkThatCannotBeLoaded) {
 }
 #endif
 
-#if defined(__linux__)
+#ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
 std::string remote_settings(const fs::path& socket) {
   return "dynfilter.remote: \"" + socket.string() + "\"\n";
 }
 
 TEST_F(PluginTest, UsesMasksFromAnotherProcess) {
-  const RemotePeer peer(path("socket"), [](const PeerSocket& socket, const ReceivedFrame& frame) {
+  const RemotePeer peer(path("socket"), [](const FrameView& frame, std::uint64_t request) {
     EXPECT_EQ(frame.image.size(), image_size);
-    HostFrame known(static_cast<int>(std::lround((frame.timestamp_s - 100) / 0.1)));
-    known.segmentation.frame_id = frame.id;
-    return socket.send(reply(frame.request, known.segmentation));
+    const HostFrame known(static_cast<int>(std::lround((frame.timestamp_s - 100) / 0.1)));
+    return reply(request, known.segmentation.instances);
   });
   Plugin folder(settings());
   const auto expected = kept_in_frames(folder, frames);
@@ -100,10 +101,8 @@ TEST_F(PluginTest, UsesMasksFromAnotherProcess) {
 }
 
 /// Answers with the masks of frame 2, whatever the frame.
-bool answer_with_frame_2(const PeerSocket& socket, const ReceivedFrame& frame) {
-  HostFrame known(2);
-  known.segmentation.frame_id = frame.id;
-  return socket.send(reply(frame.request, known.segmentation));
+Reply answer_with_frame_2(const FrameView&, std::uint64_t request) {
+  return reply(request, HostFrame(2).segmentation.instances);
 }
 
 TEST_F(PluginTest, AsyncNamesAFrameThatWasNeverSubmitted) {

@@ -3,152 +3,100 @@
 
 #pragma once
 
-#include <sys/socket.h>
-#include <sys/un.h>
-#include <unistd.h>
+#include <nlohmann/json.hpp>
+#include <zmq.hpp>
 
-#include <mutex>
-
-#include "support/remote_messages.hpp"
+#include "dynfilter/segmenter.hpp"
 #include "support/test.hpp"
 
 namespace dynfilter::testing {
 
-/// Plain blocking socket calls for the peer.
-class PeerSocket {
- public:
-  explicit PeerSocket(int descriptor) : descriptor_(descriptor) {}
-  PeerSocket(PeerSocket&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
-  PeerSocket& operator=(PeerSocket&& other) noexcept {
-    std::swap(descriptor_, other.descriptor_);
-    return *this;
-  }
-  ~PeerSocket() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-  }
+/// Parts of a reply: a header and masks. Without parts, the peer dies instead, and another starts.
+using Reply = std::vector<std::string>;
 
-  /// Listens at the path, after removing any file there.
-  static PeerSocket listening(const std::filesystem::path& path, int queue = 4) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);
-    ::unlink(path.c_str());
-    PeerSocket socket(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
-    if (::bind(socket.descriptor_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 ||
-        ::listen(socket.descriptor_, queue) != 0) {
-      throw std::runtime_error("cannot listen at " + path.string());
+/// Makes a reply as examples/remote_masks/README.md says.
+inline Reply reply(std::uint64_t request, const std::vector<Instance>& instances) {
+  nlohmann::json rows = nlohmann::json::array();
+  std::string masks;
+  for (const Instance& one : instances) {
+    nlohmann::json row = {{"class_id", one.class_id}, {"score", one.score}};
+    row["box"] = {one.box.x, one.box.y, one.box.width, one.box.height};
+    if (one.track_id) row["track_id"] = *one.track_id;
+    if (!one.mask.empty()) {
+      row["mask"] = {one.mask_origin.x, one.mask_origin.y, one.mask.cols, one.mask.rows};
+      masks.append(one.mask.begin<char>(), one.mask.end<char>());
     }
-    return socket;
+    rows.push_back(row);
   }
-
-  int descriptor() const { return descriptor_; }
-  bool is_open() const { return descriptor_ >= 0; }
-  PeerSocket accepted() const { return PeerSocket(::accept(descriptor_, nullptr, nullptr)); }
-  void wake() const { ::shutdown(descriptor_, SHUT_RDWR); }
-
-  /// Returns false if the library's side has closed the connection.
-  bool send(const Bytes& bytes) const {
-    for (std::size_t sent = 0; sent < bytes.size();) {
-      const ssize_t now =
-          ::send(descriptor_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
-      if (now <= 0) return false;
-      sent += static_cast<std::size_t>(now);
-    }
-    return true;
-  }
-
-  std::optional<Bytes> receive(std::size_t size) const {
-    Bytes bytes(size);
-    for (std::size_t got = 0; got < size;) {
-      const ssize_t now = ::recv(descriptor_, bytes.data() + got, size - got, 0);
-      if (now <= 0) return std::nullopt;
-      got += static_cast<std::size_t>(now);
-    }
-    return bytes;
-  }
-
- private:
-  int descriptor_;
-};
-
-/// Frame as the peer receives it.
-struct ReceivedFrame {
-  std::uint64_t request = 0;
-  std::uint64_t id = 0;
-  double timestamp_s = 0;
-  cv::Mat image;
-};
-
-inline std::optional<ReceivedFrame> receive_frame(const PeerSocket& socket) {
-  const std::optional<Bytes> header = socket.receive(24);
-  if (!header) return std::nullopt;
-  const std::optional<Bytes> payload = socket.receive(number_at<std::uint32_t>(*header, 8));
-  if (!payload) return std::nullopt;
-  ReceivedFrame frame;
-  frame.request = number_at<std::uint64_t>(*header, 16);
-  frame.id = number_at<std::uint64_t>(*payload, 0);
-  frame.timestamp_s = number_at<double>(*payload, 8);
-  const cv::Size size(number_at<int>(*payload, 16), number_at<int>(*payload, 20));
-  frame.image.create(size, CV_8UC((*payload)[24]));
-  const std::size_t pixels = frame.image.total() * frame.image.elemSize();
-  const bool is_plain = std::all_of(payload->begin() + 25, payload->begin() + 40,
-                                    [](std::uint8_t reserved) { return reserved == 0; });
-  if (payload->size() != 40 + pixels || !is_plain) throw std::runtime_error("another frame");
-  std::memcpy(frame.image.data, payload->data() + 40, pixels);
-  return frame;
+  return {nlohmann::json({{"request", request}, {"instances", rows}}).dump(), masks};
 }
 
-/// Peer in a thread: accepts one connection after the other and answers frames by `answer`, which
-/// returns false to hang up. It listens once constructed; its destructor closes all sockets but
-/// leaves the socket's file.
+/// Process that serves masks, played by a thread. It listens once constructed.
 class RemotePeer {
  public:
-  using Answer = std::function<bool(const PeerSocket&, const ReceivedFrame&)>;
+  using Answer = std::function<Reply(const FrameView& frame, std::uint64_t request)>;
 
-  RemotePeer(const std::filesystem::path& path, Answer answer)
-      : listener_(PeerSocket::listening(path)),
-        answer_(std::move(answer)),
-        thread_([this] { run(); }) {}
+  RemotePeer(const std::string& address, Answer answer)
+      : endpoint_(address[0] == '/' ? "ipc://" + address : address), answer_(std::move(answer)) {
+    auto first = std::make_unique<Server>(endpoint_);
+    endpoint_ = first->socket.get(zmq::sockopt::last_endpoint);
+    thread_ = std::thread([this, server = std::move(first)]() mutable {
+      while (!is_over_) {
+        if (answer_one(server->socket)) continue;
+        server.reset();  // ends its connections before the next one listens
+        server = std::make_unique<Server>(endpoint_);
+      }
+    });
+  }
   ~RemotePeer() {
-    {
-      const std::lock_guard lock(mutex_);
-      is_over_ = true;
-      listener_.wake();
-      if (connection_) connection_->wake();
-    }
+    is_over_ = true;
     thread_.join();
   }
 
-  /// Number of connections accepted so far.
-  int connections() const { return connections_; }
+  /// Returns its address, also if it was given as tcp://127.0.0.1:*.
+  const std::string& address() const { return endpoint_; }
 
  private:
-  void run() {
-    while (take_connection()) {
-      while (const auto frame = receive_frame(*connection_)) {
-        if (!answer_(*connection_, *frame)) break;
-      }
-      const std::lock_guard lock(mutex_);
-      connection_.reset();
+  struct Server {
+    explicit Server(const std::string& endpoint) {
+      socket.set(zmq::sockopt::linger, 0);
+      socket.set(zmq::sockopt::rcvtimeo, 10);
+      socket.bind(endpoint);
     }
+    zmq::context_t context;
+    zmq::socket_t socket{context, zmq::socket_type::rep};
+  };
+
+  /// Returns false if it dies.
+  bool answer_one(zmq::socket_t& socket) {
+    zmq::message_t header, pixels;
+    if (!socket.recv(header) || !socket.recv(pixels)) return true;
+    const auto json = nlohmann::json::parse(header.to_string());
+    FrameView frame;
+    frame.id = json.at("frame_id");
+    frame.timestamp_s = json.at("timestamp_s");
+    frame.image = cv::Mat(json.at("height"), json.at("width"),
+                          json.at("channels") == 1 ? CV_8UC1 : CV_8UC3, pixels.data());
+    EXPECT_EQ(pixels.size(), frame.image.total() * frame.image.elemSize());
+    const Reply parts = answer_(frame, json.at("request"));
+    for (const std::string& part : parts) {
+      const bool is_last = &part == &parts.back();
+      socket.send(zmq::buffer(part), is_last ? zmq::send_flags::none : zmq::send_flags::sndmore);
+    }
+    return !parts.empty();
   }
 
-  bool take_connection() {
-    PeerSocket socket = listener_.accepted();
-    const std::lock_guard lock(mutex_);
-    if (is_over_ || !socket.is_open()) return false;
-    connection_.emplace(std::move(socket));
-    ++connections_;
-    return true;
-  }
-
-  PeerSocket listener_;
+  std::string endpoint_;
   Answer answer_;
-  std::mutex mutex_;
-  bool is_over_ = false;
-  std::atomic<int> connections_{0};
-  std::optional<PeerSocket> connection_;
+  std::atomic<bool> is_over_{false};
   std::thread thread_;
 };
+
+/// Answers with the masks of a segmenter.
+inline RemotePeer::Answer answer_by(Segmenter& segmenter) {
+  return [&](const FrameView& frame, std::uint64_t request) {
+    return reply(request, segmenter.segment(frame).instances);
+  };
+}
 
 }  // namespace dynfilter::testing

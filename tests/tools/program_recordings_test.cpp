@@ -173,19 +173,15 @@ class ProgramRemote : public CopiedSceneTest<ProgramRemote> {
     return "run " + quoted(scene()) + " --overlays 0 --out " + quoted(out(name));
   }
 
-  bool answer(const PeerSocket& socket, const ReceivedFrame& frame) {
-    FrameView view;
-    view.id = frame.id;
-    view.timestamp_s = frame.timestamp_s;
-    view.image = frame.image;
-    return socket.send(reply(frame.request, MaskFolderSegmenter(scene() / "masks").segment(view)));
+  Reply answer(const FrameView& frame, std::uint64_t request) {
+    return reply(request, MaskFolderSegmenter(scene() / "masks").segment(frame).instances);
   }
 };
 
 TEST_F(ProgramRemote, SurviveADeathWithinAFrame) {
   std::atomic<int> asked{0};
-  const RemotePeer peer(out("socket"), [&](const PeerSocket& socket, const ReceivedFrame& frame) {
-    return ++asked % 4 != 0 && answer(socket, frame);
+  const RemotePeer peer(out("socket"), [&](const FrameView& frame, std::uint64_t request) {
+    return ++asked % 4 == 0 ? Reply() : answer(frame, request);
   });
   const std::string patient = with_peer() + " --remote-timeout 30";
   const Outcome made =
@@ -198,8 +194,8 @@ TEST_F(ProgramRemote, SurviveADeathWithinAFrame) {
 }
 
 TEST_F(ProgramRemote, SayThatNothingWasWritten) {
-  const RemotePeer peer(out("socket"), [&](const PeerSocket& socket, const ReceivedFrame& frame) {
-    return frame.id != 3 && answer(socket, frame);
+  const RemotePeer peer(out("socket"), [&](const FrameView& frame, std::uint64_t request) {
+    return frame.id == 3 ? Reply() : answer(frame, request);
   });
   const Outcome made =
       run("masks " + quoted(scene()) + with_peer() + " --out " + quoted(out("made")));

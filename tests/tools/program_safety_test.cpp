@@ -42,7 +42,7 @@ class ProgramSafety : public ::testing::Test {
   fs::path out(const std::string& name) const { return folder_ / name; }
   /// Options for masks of a process, which this starts.
   std::string peer() {
-    if (!peer_) peer_.emplace(folder_ / "socket", answer());
+    if (!peer_) peer_.emplace(folder_ / "socket", answer_by(masks_));
     return " --remote " + quoted(folder_ / "socket") + " --remote-timeout 30";
   }
 
@@ -61,16 +61,6 @@ class ProgramSafety : public ::testing::Test {
   }
 
  private:
-  RemotePeer::Answer answer() {
-    return [this](const PeerSocket& socket, const ReceivedFrame& frame) {
-      FrameView view;
-      view.id = frame.id;
-      view.timestamp_s = frame.timestamp_s;
-      view.image = frame.image;
-      return socket.send(reply(frame.request, masks_.segment(view)));
-    };
-  }
-
   static inline std::optional<TemporaryFolder> made_;
 
  protected:

@@ -19,11 +19,9 @@
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "dynfilter/version.hpp"
+#include "support/remote_peer.hpp"
 #include "tools/program.hpp"
 #include "tools/small_scene_test.hpp"
-#if defined(__linux__)
-#include "support/remote_peer.hpp"
-#endif
 
 namespace dynfilter::testing {
 namespace {
@@ -224,21 +222,9 @@ TEST_F(Program, EverySkipsFramesAndTracking) {
   EXPECT_TRUE(moved.mentions("mask_moved follows objects from frame to frame")) << moved.printed;
 }
 
-#if defined(__linux__)
-/// Peer that answers with the masks of the folder.
-RemotePeer::Answer from_folder(MaskFolderSegmenter& masks) {
-  return [&masks](const PeerSocket& socket, const ReceivedFrame& frame) {
-    FrameView view;
-    view.id = frame.id;
-    view.timestamp_s = frame.timestamp_s;
-    view.image = frame.image;
-    return socket.send(reply(frame.request, masks.segment(view)));
-  };
-}
-
 TEST_F(Program, SavesAndUsesMasksOfAnotherProcess) {
   MaskFolderSegmenter masks(scene() / "masks");
-  const RemotePeer peer(out("socket"), from_folder(masks));
+  const RemotePeer peer(out("socket"), answer_by(masks));
   const std::string remote = " --remote " + quoted(out("socket")) + " --remote-timeout 30";
   const Outcome kept =
       run("masks " + quoted(scene()) + remote + " --out " + quoted(out("kept masks")));
@@ -262,7 +248,6 @@ TEST_F(Program, NamesAMissingMaskProcess) {
   EXPECT_TRUE(outcome.mentions(out("nobody").string())) << outcome.printed;
   EXPECT_NE(run("masks " + quoted(scene()) + " --out " + quoted(out("x"))).exit_code, 0);
 }
-#endif
 
 TEST_F(Program, RunTracksTheCameraAndWritesItsTrajectory) {
   const Outcome outcome = run("run " + quoted(scene()) + " --out " + quoted(out("tracked")));

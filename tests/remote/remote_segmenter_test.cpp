@@ -1,0 +1,233 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/remote/remote_segmenter.hpp"
+
+#include <sys/stat.h>
+
+#include <future>
+
+#include "support/process.hpp"
+#include "support/remote_peer.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+namespace fs = std::filesystem;
+
+static_assert(std::is_nothrow_move_constructible_v<RemoteSegmenter> &&
+              std::is_nothrow_move_assignable_v<RemoteSegmenter>);
+
+// No test measures time. Calls that must succeed have this long; a call that never returns runs
+// into the test's time limit.
+RemoteSegmenterOptions options_of(double timeout_s = 120, double retry_interval_s = 0) {
+  RemoteSegmenterOptions options;
+  options.timeout_s = timeout_s;
+  options.retry_interval_s = retry_interval_s;
+  return options;
+}
+
+FrameView frame_of(int value, std::uint64_t id = (1ULL << 60U) + 7) {
+  FrameView frame;
+  frame.id = id;
+  frame.timestamp_s = 1341846434.710184;
+  frame.image = cv::Mat(6, 8, CV_8UC3, cv::Scalar::all(value));
+  return frame;
+}
+
+/// What the peer finds: an instance with the image's first value, and a part of its pixels.
+Instance instance_in(const cv::Mat& image) {
+  Instance instance = Instance::from_box({-1, 2, 9, 4}, image.data[0], 0.5F);
+  instance.mask_origin = {1, 2};
+  cv::extractChannel(image({1, 2, 4, 3}), instance.mask, 0);
+  return instance;
+}
+
+Reply answer(const FrameView& frame, std::uint64_t request) {
+  return reply(request, {instance_in(frame.image)});
+}
+
+void expect_answered(RemoteSegmenter& people, const FrameView& frame) {
+  const Segmentation found = people.segment(frame);
+  EXPECT_EQ(found.frame_id, frame.id);
+  EXPECT_EQ(found.timestamp_s, frame.timestamp_s);
+  const Instance &got = found.instances.at(0), want = instance_in(frame.image);
+  EXPECT_EQ(std::tie(got.class_id, got.score, got.box, got.mask_origin),
+            std::tie(want.class_id, want.score, want.box, want.mask_origin));
+  EXPECT_EQ(cv::norm(got.mask, want.mask, cv::NORM_INF), 0);
+}
+
+/// Asks until the frame is answered. Each try gets the right answer or none.
+void expect_answered_at_last(RemoteSegmenter& people, const FrameView& frame) try {
+  expect_answered(people, frame);
+} catch (const std::runtime_error&) {
+  expect_answered_at_last(people, frame);
+}
+
+void expect_fails(RemoteSegmenter& people, const FrameView& frame, const std::string& part) {
+  expect_error<std::runtime_error>([&] { people.segment(frame); }, part);
+}
+
+class RemoteSegmenterTest : public ::testing::Test {
+ protected:
+  TemporaryFolder folder;
+  std::string path = folder / "masks.sock";
+};
+
+TEST_F(RemoteSegmenterTest, SendsTheFrameAndReturnsTheInstances) {
+  const cv::Mat large(60, 80, CV_8UC3), grey(60, 80, CV_8UC1);
+  cv::randu(large, 0, 255);
+  cv::randu(grey, 0, 255);
+  std::signal(SIGALRM, [](int) {});
+  for (const std::string& address : {path, "ipc://" + path, std::string("tcp://127.0.0.1:*")}) {
+    FrameView frame = frame_of(0);
+    const RemotePeer peer(address, [&, host = pthread_self()](const FrameView& got, auto request) {
+      for (int i = 0; i < 3; ++i) pthread_kill(host, SIGALRM);  // does not interrupt its call
+      EXPECT_EQ(std::tie(got.id, got.timestamp_s), std::tie(frame.id, frame.timestamp_s));
+      EXPECT_EQ(cv::norm(got.image, frame.image, cv::NORM_INF), 0);
+      return answer(got, request);
+    });
+    const fs::path before = fs::current_path();
+    fs::current_path(folder.path());
+    RemoteSegmenter people(address == path ? "masks.sock" : peer.address(), options_of());
+    fs::current_path(before);
+    for (const cv::Mat& image : {large, large({10, 20, 30, 40}), grey, grey({3, 5, 17, 19})}) {
+      frame.image = image;
+      for (int i = 0; i < 9; ++i) expect_answered(people, frame);
+    }
+  }
+}
+
+TEST_F(RemoteSegmenterTest, RefusesMisuse) {
+  const std::string longest = "/" + std::string(106, 'a');
+  const std::string addresses[] = {"", "ipc://", "tcp://127.0.0.1:x", "tcp://10.0.0.1:5", "x://y"};
+  for (const std::string& address : addresses) {
+    expect_error<std::invalid_argument>([&] { RemoteSegmenter{address}; },
+                                        "'" + address + "'; want");
+  }
+  EXPECT_THROW(RemoteSegmenter(longest + 'a'), std::invalid_argument);
+  RemoteSegmenter people(longest);
+  for (const double seconds : {-1.0, 3601.0, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_THROW(RemoteSegmenter(path, options_of(seconds)), std::invalid_argument);
+    EXPECT_THROW(RemoteSegmenter(path, options_of(1, seconds)), std::invalid_argument);
+  }
+  FrameView frame;
+  std::uint8_t pixel = 0;  // the size alone is refused: no other is read
+  for (const cv::Mat& image :
+       {cv::Mat(), cv::Mat(2, 2, CV_16UC1), cv::Mat(8192, 4097, 0, &pixel)}) {
+    frame.image = image;
+    expect_error<std::invalid_argument>([&] { people.segment(frame); }, "want CV_8UC1 or CV_8UC3");
+  }
+}
+
+TEST_F(RemoteSegmenterTest, SaysThatNobodyListensUntilSomebodyDoes) {
+  for (const double retry_interval_s : {0.0, 0.001}) {
+    RemoteSegmenter people(path, options_of(retry_interval_s > 0 ? 0.02 : 120, retry_interval_s));
+    expect_fails(people, frame_of(1, 4), path + ": no masks of frame 4 within ");
+    expect_fails(people, frame_of(1), "no process listens there; is the server started");
+    RemoteSegmenter patient(path, options_of(120, 0.001));
+    auto waits = std::async(std::launch::async, [&] { expect_answered(patient, frame_of(1)); });
+    const RemotePeer peer(path, answer);  // leaves the file of its socket
+    waits.get();
+    expect_answered_at_last(people, frame_of(2));
+  }
+}
+
+TEST_F(RemoteSegmenterTest, SendsNothingToAnotherUser) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root can be another user";
+  ASSERT_EQ(chmod(folder.path().c_str(), 0777), 0);
+  const ChildProcess other([&] {
+    if (setuid(65534) != 0) return;
+    const RemotePeer peer(path, answer);
+    pause();
+  });
+  RemoteSegmenter people(path, options_of(120, 0.001));
+  expect_fails(people, frame_of(1), "the process belongs to user 65534; want 0");
+}
+
+TEST_F(RemoteSegmenterTest, ReturnsInTimeFromAProcessThatOnlyListens) {
+  zmq::context_t context;
+  zmq::socket_t silent(context, zmq::socket_type::stream);
+  silent.bind("tcp://127.0.0.1:*");
+  RemoteSegmenter people(silent.get(zmq::sockopt::last_endpoint), options_of(0.05));
+  expect_fails(people, frame_of(1), "time is up");
+}
+
+TEST_F(RemoteSegmenterTest, DiscardsALateReplyAndEndsAtOnce) {
+  std::promise<void> go;
+  std::vector<int> seen;
+  const RemotePeer peer(path, [&](const FrameView& frame, std::uint64_t request) {
+    seen.push_back(frame.image.data[0]);
+    if (seen.size() == 1) go.get_future().wait();
+    return answer(frame, request);
+  });
+  RemoteSegmenter people(path, options_of(0.1));
+  // Two frames have the same id, as when a host retries: their contents differ.
+  expect_fails(people, frame_of(100, 5), "");
+  expect_fails(people, frame_of(150, 6), "the other side is still busy with frame 5");
+  auto ends_during_its_request = std::make_unique<RemoteSegmenter>(path, options_of(0.05));
+  expect_fails(*ends_during_its_request, frame_of(200), "time is up");
+  ends_during_its_request.reset();
+  go.set_value();
+  expect_answered_at_last(people, frame_of(250, 5));
+  EXPECT_EQ(std::count(seen.begin(), seen.end(), 150), 0) << "nothing queues up";
+}
+
+TEST_F(RemoteSegmenterTest, RefusesLiesAndServesTheNextFrame) {
+  const std::pair<const char*, std::function<Reply(std::uint64_t)>> table[] = {
+      {"to another request than", [](auto request) { return reply(request - 1, {}); }},
+      {"malformed reply: 2 parts; want 3", [](auto) { return Reply{"{}"}; }},
+      {"closed the connection",
+       [](auto) {
+         return Reply{std::string((64 << 20) + 1, ' '), ""};
+       }},
+      {"the other side has failed: out of [31m memory", [](auto request) {
+         const nlohmann::json error = {{"request", request}, {"error", "out\nof\x1b[31m memory"}};
+         return Reply{error.dump(), ""};
+       }}};
+  for (const auto& [part, lie] : table) {
+    const RemotePeer peer(path, [say = lie](const FrameView& frame, std::uint64_t request) {
+      return frame.id == 1 ? say(request) : answer(frame, request);
+    });
+    RemoteSegmenter people(path, options_of());
+    expect_fails(people, frame_of(1, 1), part);
+    expect_answered(people, frame_of(2));
+  }
+}
+
+TEST_F(RemoteSegmenterTest, SendsALostFrameOnceMoreIfItMayWait) {
+  std::atomic<int> asked{0};
+  const RemotePeer peer(path, [&](const FrameView& frame, std::uint64_t request) {
+    return ++asked % 3 == 0 || frame.id == 99 ? Reply() : answer(frame, request);
+  });
+  RemoteSegmenter patient(path, options_of(120, 0.001)), impatient(path, options_of());
+  for (int i = 0; i < 20; ++i) expect_answered(patient, frame_of(i));
+  EXPECT_EQ(asked, 29) << "every third was lost";
+  expect_fails(patient, frame_of(1, 99), "the other side has closed the connection");
+  EXPECT_EQ(asked, 31);
+  expect_answered_at_last(impatient, frame_of(1));
+  asked = 2;
+  expect_fails(impatient, frame_of(2), "");
+  EXPECT_EQ(asked, 3);
+}
+
+TEST_F(RemoteSegmenterTest, AForkedProcessUsesItsOwnConnection) {
+#ifdef __SANITIZE_THREAD__
+  GTEST_SKIP() << "the thread sanitizer forbids threads after fork()";
+#endif
+  const RemotePeer peer(path, answer);
+  auto people = std::make_unique<RemoteSegmenter>(path, options_of());
+  for (const bool asks : {false, true}) {
+    expect_answered(*people, frame_of(1));
+    const int code = exit_code_of_child([&]() -> int {
+      if (asks) expect_answered(*people, frame_of(2));
+      people.reset();
+      _exit(HasFailure() ? 1 : 0);
+    });
+    EXPECT_EQ(code, 0);
+  }
+  expect_answered(*people, frame_of(3));
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
