@@ -80,7 +80,7 @@ endfunction()
 # --- The components -------------------------------------------------------------------------------
 dynfilter_package(core dynfilter BESIDE dynfilter_header_only)
 if(TARGET dynfilter_segmenters)
-  dynfilter_package(segmenters dynfilter_segmenters segmenters)
+  dynfilter_package(segmenters dynfilter_segmenters diagnosis segmenters)
 endif()
 if(TARGET dynfilter_remote)
   dynfilter_package(remote dynfilter_remote remote)

@@ -379,24 +379,6 @@ constexpr Finding (*checks[])(const Summary&) = {
 
 }  // namespace
 
-InputChecks::InputChecks(InputChecksOptions options)
-    : summary_(std::make_unique<Summary>(std::move(options))) {}
-InputChecks::InputChecks(InputChecks&&) noexcept = default;
-InputChecks::~InputChecks() = default;
-
-void InputChecks::note_camera(const Camera& camera) { summary_->camera = camera; }
-
-void InputChecks::note_mask_values(const std::vector<int>& values) {
-  summary_->mask_values = values;
-}
-
-void InputChecks::add(const FrameView& frame, SegmentationView masks, FeaturesView features,
-                      const FrameStatistics* statistics, std::optional<double> depth_timestamp_s) {
-  validate(frame, "InputChecks");
-  if (masks.has_value()) validate(*masks, "InputChecks");
-  summary_->add(frame, masks, features, statistics, depth_timestamp_s.value_or(frame.timestamp_s));
-}
-
 std::vector<InputFinding> InputChecks::findings() const {
   std::vector<InputFinding> found;
   for (const auto& check : checks) {
@@ -404,19 +386,5 @@ std::vector<InputFinding> InputChecks::findings() const {
   }
   return found;
 }
-
-std::string InputChecks::unchecked() const {
-  std::string names;
-  const auto add = [&](std::size_t frames, const char* name) {
-    if (frames >= detail::min_checked_frames) return;
-    names += (names.empty() ? "" : " or ") + std::string(name);
-  };
-  add(summary_->with_image, "images");
-  add(summary_->with_depth, "depth");
-  add(summary_->with_masks, "masks");
-  return names;
-}
-
-std::size_t InputChecks::frames() const { return summary_->frames; }
 
 }  // namespace dynfilter

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/feature_floor.hpp"
@@ -260,3 +261,39 @@ void InputSummary::add_features(const FrameView& frame, SegmentationView masks, 
 }
 
 }  // namespace dynfilter::detail
+
+namespace dynfilter {
+
+InputChecks::InputChecks(InputChecksOptions options)
+    : summary_(std::make_unique<detail::InputSummary>(std::move(options))) {}
+InputChecks::InputChecks(InputChecks&&) noexcept = default;
+InputChecks::~InputChecks() = default;
+
+void InputChecks::note_camera(const Camera& camera) { summary_->camera = camera; }
+
+void InputChecks::note_mask_values(const std::vector<int>& values) {
+  summary_->mask_values = values;
+}
+
+void InputChecks::add(const FrameView& frame, SegmentationView masks, FeaturesView features,
+                      const FrameStatistics* statistics, std::optional<double> depth_timestamp_s) {
+  validate(frame, "InputChecks");
+  if (masks.has_value()) validate(*masks, "InputChecks");
+  summary_->add(frame, masks, features, statistics, depth_timestamp_s.value_or(frame.timestamp_s));
+}
+
+std::string InputChecks::unchecked() const {
+  std::string names;
+  const auto add = [&](std::size_t frames, const char* name) {
+    if (frames >= detail::min_checked_frames) return;
+    names += (names.empty() ? "" : " or ") + std::string(name);
+  };
+  add(summary_->with_image, "images");
+  add(summary_->with_depth, "depth");
+  add(summary_->with_masks, "masks");
+  return names;
+}
+
+std::size_t InputChecks::frames() const { return summary_->frames; }
+
+}  // namespace dynfilter
