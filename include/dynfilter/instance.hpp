@@ -7,6 +7,7 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <utility>
@@ -81,8 +82,9 @@ struct Instance {
 /// Makes one instance for each label of a label map: CV_8UC1 or CV_16UC1, the size of the image, 0
 /// = background, k = instance k. Element k-1 is label k, up to the largest label; a label without a
 /// pixel gets an empty box and mask. Boxes are the smallest ones, classes 0, scores 1; overwrite
-/// them if you know better. Throws std::invalid_argument for another type. O(pixels), plus the area
-/// of the boxes.
+/// them if you know better. Throws std::invalid_argument for another type, and for scattered
+/// labels, whose boxes together have more pixels than 64 images and than 2^24. O(pixels), plus the
+/// area of the boxes.
 std::vector<Instance> instances_from_label_map(const cv::Mat& label_map);
 
 /// Makes one instance for each connected object (8-neighbours) of a mask that does not distinguish
@@ -91,8 +93,9 @@ std::vector<Instance> instances_from_label_map(const cv::Mat& label_map);
 /// The box is the smallest one, grown by `box_margin_px` on each side and clipped to the image,
 /// because such masks come without the detector's box and edge features lie beyond the mask.
 /// Objects of fewer than `min_pixels` pixels are left out as noise. Instances are ordered by the
-/// top, then the left side of their masks. Throws std::invalid_argument for another type or a
-/// negative option. O(pixels).
+/// top, then the left side of their masks. Throws std::invalid_argument for another type, a
+/// negative option, and for objects whose boxes together have more pixels than 64 images and than
+/// 2^24. O(pixels), plus the area of the boxes.
 std::vector<Instance> instances_from_binary_mask(const cv::Mat& mask, int box_margin_px = 0,
                                                  int min_pixels = 1);
 
@@ -122,6 +125,19 @@ inline cv::Rect bounding_box(const cv::Mat& mask) {
     box |= cv::Rect(static_cast<int>(first - row), y, static_cast<int>(last - first) + 1, 1);
   }
   return box;
+}
+
+/// Throws if masks in these boxes together have more pixels than 64 images and than 2^24: scattered
+/// labels have boxes as large as the image, and many of them would exhaust memory and time.
+inline void require_bounded_masks(const std::vector<cv::Rect>& boxes, const cv::Size& image,
+                                  const char* component) {
+  double pixels = 0;
+  for (const cv::Rect& box : boxes) pixels += box.area();
+  if (pixels <= std::max(64.0 * image.area(), std::exp2(24))) return;
+  throw_misuse(component,
+               concatenate(boxes.size(), " objects whose boxes have ", pixels / image.area(),
+                           " times the pixels of their image of ", size_name(image)),
+               "connected objects, at most 64 times, or 2^24 pixels");
 }
 
 /// Returns the smallest boxes of the labels 1 … of a label map; element k-1 belongs to label k.
@@ -200,6 +216,7 @@ inline std::vector<Instance> instances_from_label_map(const cv::Mat& label_map) 
   const std::vector<cv::Rect> boxes = type == CV_8UC1
                                           ? detail::label_boxes<std::uint8_t>(label_map)
                                           : detail::label_boxes<std::uint16_t>(label_map);
+  detail::require_bounded_masks(boxes, label_map.size(), "instances_from_label_map");
   std::vector<Instance> instances;
   instances.reserve(boxes.size());
   for (std::size_t k = 0; k < boxes.size(); ++k) {
@@ -224,11 +241,17 @@ inline std::vector<Instance> instances_from_binary_mask(const cv::Mat& mask, int
   cv::Mat labels, extents, centroids;
   const int count = cv::connectedComponentsWithStats(mask, labels, extents, centroids);
   std::vector<Instance> instances;
+  std::vector<cv::Rect> boxes;  // of the objects, and empty ones of noise
   for (int label = 1; label < count; ++label) {
     const int* extent = extents.ptr<int>(label);
-    if (extent[cv::CC_STAT_AREA] < min_pixels) continue;
-    const cv::Rect tight(extent[cv::CC_STAT_LEFT], extent[cv::CC_STAT_TOP],
-                         extent[cv::CC_STAT_WIDTH], extent[cv::CC_STAT_HEIGHT]);
+    const bool is_noise = extent[cv::CC_STAT_AREA] < min_pixels;
+    boxes.emplace_back(extent[cv::CC_STAT_LEFT], extent[cv::CC_STAT_TOP],
+                       is_noise ? 0 : extent[cv::CC_STAT_WIDTH], extent[cv::CC_STAT_HEIGHT]);
+  }
+  detail::require_bounded_masks(boxes, mask.size(), "instances_from_binary_mask");
+  for (int label = 1; label < count; ++label) {
+    const cv::Rect& tight = boxes[static_cast<std::size_t>(label) - 1];
+    if (tight.empty()) continue;
     Instance instance = Instance::from_box_mask(labels(tight) == label, tight);
     // Limit the margin to the image's size: a larger one has the same effect and could overflow.
     const int margin = std::min(box_margin_px, std::max(mask.cols, mask.rows));

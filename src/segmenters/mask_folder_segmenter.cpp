@@ -279,11 +279,15 @@ Segmentation MaskFolderSegmenter::do_segment(const FrameView& frame) {
     result.timestamp_s = *own_time_s;
     result.frame_id = unknown_frame;
   }
-  if (has_table_) {
-    result.instances = labelled_instances(pixels, mask->second.instances, file);
-  } else {
-    add_values(pixels, values_);
-    result.instances = instances_from_binary_mask(cv::Mat(pixels != 0), options_.box_margin_px);
+  try {
+    if (has_table_) {
+      result.instances = labelled_instances(pixels, mask->second.instances, file);
+    } else {
+      add_values(pixels, values_);
+      result.instances = instances_from_binary_mask(cv::Mat(pixels != 0), options_.box_margin_px);
+    }
+  } catch (const std::invalid_argument& error) {  // its objects are no objects
+    detail::throw_file_error(file, error.what());
   }
   return result;
 }

@@ -166,5 +166,25 @@ TEST(InstancesFromBinaryMask, DropsNoiseAndSortsFromTheTop) {
             cv::Rect(0, 0, 6, 4));
 }
 
+/// A small file may hold more boxes than memory: labels of two pixels each, or rings in rings.
+TEST(Instance, RefusesScatteredObjects) {
+  cv::Mat1w labels(1024, 1024, std::uint16_t{0});
+  for (int k = 1; k < 65536; ++k) {
+    labels((k - 1) / 1024, k % 1024) = labels(1023 - (k - 1) / 1024, 1023 - k % 1024) =
+        static_cast<std::uint16_t>(k);
+  }
+  expect_error<std::invalid_argument>([&] { instances_from_label_map(labels); },
+                                      "65535 objects whose boxes have ");
+  cv::Mat1b rings(1024, 1024, std::uint8_t{0});
+  for (int k = 0; k < 512; k += 2) {
+    cv::rectangle(rings, {k, k, 1024 - 2 * k, 1024 - 2 * k}, cv::Scalar(255));
+  }
+  expect_error<std::invalid_argument>([&] { instances_from_binary_mask(rings); },
+                                      "256 objects whose boxes have 85.8");
+  for (int k = 1; k < 65536; ++k) labels(k / 1024, k % 1024) = static_cast<std::uint16_t>(k);
+  labels.rowRange(64, 1024).setTo(0);
+  EXPECT_EQ(instances_from_label_map(labels).size(), 65535U);
+}
+
 }  // namespace
 }  // namespace dynfilter::testing
