@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -27,13 +28,20 @@ enum class Reason : std::uint8_t {
   custom = 128  ///< removed by a stage of your own; cast 129 to 255 for further reasons
 };
 
-/// Verdict on one feature. Kept features have scores too: a high one was nearly removed.
+/// Verdict on one feature. The score of a removed feature is the confidence in the verdict, as a
+/// rule the detector's in the object; a kept one's is the share of evidence against it. So a
+/// removed feature may have a lower score than a kept one: sort by is_more_dynamic.
 struct FeatureLabel {
   float score = 0.0F;                 ///< 0 surely static … 1 surely dynamic
   std::int32_t instance = -1;         ///< index into Segmentation::instances; -1 = none
   Reason reason = Reason::untouched;  ///< why
   bool removed = false;               ///< whether keep_static takes the feature out
 };
+
+/// Orders labels for sorting: removed features first, then by falling scores.
+inline bool is_more_dynamic(const FeatureLabel& a, const FeatureLabel& b) {
+  return std::tie(b.removed, b.score) < std::tie(a.removed, a.score);
+}
 
 /// Verdicts on the features of one frame, in their order, with the frame's statistics. Stages write
 /// into it. The first stage that removes a feature writes its reason, instance and score.

@@ -27,16 +27,19 @@ std::string text_of(const Instance& instance) {
 }
 
 Instance make_instance(int class_id, float score, const cv::Rect& box, const cv::Point& mask_origin,
-                       const py::object& mask, std::optional<int> track_id) {
-  return {class_id, score, box, mask_origin, matrix_from(mask, Pixels::mask, a_mask), track_id};
+                       const py::object& mask, std::optional<int> track_id,
+                       const cv::Size& image_size) {
+  return {class_id, score,     box, mask_origin, matrix_from(mask, Pixels::mask, a_mask),
+          track_id, image_size};
 }
 
 /// Arguments of make_instance: what a pickled instance is.
-using InstanceState = std::tuple<int, float, cv::Rect, cv::Point, py::object, std::optional<int>>;
+using InstanceState =
+    std::tuple<int, float, cv::Rect, cv::Point, py::object, std::optional<int>, cv::Size>;
 
 InstanceState state_of(const Instance& instance) {
-  return {instance.class_id,    instance.score,          instance.box,
-          instance.mask_origin, array_of(instance.mask), instance.track_id};
+  return {instance.class_id,       instance.score,    instance.box,       instance.mask_origin,
+          array_of(instance.mask), instance.track_id, instance.image_size};
 }
 
 Instance from_image_mask(const py::object& mask, const std::optional<cv::Rect>& box, int class_id,
@@ -72,7 +75,7 @@ or stale. Coordinates are pixels of the image that was segmented. See also Segme
       .def(py::init(&make_instance), py::kw_only(), py::arg("class_id") = 0,
            py::arg("score") = 1.0F, py::arg("box") = cv::Rect(),
            py::arg("mask_origin") = cv::Point(), py::arg("mask") = py::none(),
-           py::arg("track_id") = py::none(),
+           py::arg("track_id") = py::none(), py::arg("image_size") = cv::Size(),
            R"(Takes the members as they are.
 
 class_id: the network's class id; 0 is COCO's person where there is no id for background
@@ -80,7 +83,8 @@ score: the detector's confidence, 0 to 1
 box: the detector's box (x, y, width, height), pixels; may reach beyond the image
 mask_origin: position (x, y) of the mask's top-left pixel in the image
 mask: bool or uint8, non-zero = on the object; None = only a box is known
-track_id: identity across frames, if it is tracked)")
+track_id: identity across frames, if it is tracked
+image_size: (width, height) of the image that the mask was cut from; (0, 0) = unknown)")
       .def_readonly("class_id", &Instance::class_id, "the network's class id")
       .def_readonly("score", &Instance::score, "the detector's confidence, 0 to 1")
       .def_readonly("box", &Instance::box, "the detector's box (x, y, width, height), pixels")
@@ -90,6 +94,8 @@ track_id: identity across frames, if it is tracked)")
           "mask", [](const Instance& self) { return array_of(self.mask); },
           "bool or uint8, non-zero = on the object; None = only a box is known")
       .def_readonly("track_id", &Instance::track_id, "identity across frames, or None")
+      .def_readonly("image_size", &Instance::image_size,
+                    "(width, height) of the image that the mask was cut from, or (0, 0)")
       .def("__repr__", &text_of)
       .def(py::pickle(&state_of,
                       [](const InstanceState& state) { return std::apply(make_instance, state); }));

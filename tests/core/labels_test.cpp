@@ -207,5 +207,15 @@ TEST(FeatureFloor, ReportsStarvationAndChangesNoLabel) {
       << "at most four times as many";
 }
 
+TEST(FeatureLabels, RemovedOnesSortBeforeKeptOnes) {
+  std::vector<FeatureLabel> labels = {{0.4F, 0, Reason::untouched, false},
+                                      {0.25F, 0, Reason::in_mask, true},
+                                      {0.9F, 0, Reason::compensated, true}};
+  std::sort(labels.begin(), labels.end(), is_more_dynamic);
+  EXPECT_EQ(labels[0].score, 0.9F);
+  EXPECT_EQ(labels[1].score, 0.25F);
+  EXPECT_FALSE(labels[2].removed);
+}
+
 }  // namespace
 }  // namespace dynfilter::testing

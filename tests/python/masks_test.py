@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: MIT
 """Instances made of masks and boxes; arrays as torchvision and Ultralytics return them."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -11,10 +13,12 @@ import dynfilter
 def test_members_are_those_given():
     mask = np.ones((3, 4), np.uint8)
     instance = dynfilter.Instance(
-        class_id=7, score=0.5, box=(1, 2, 30, 40), mask_origin=(5, 6), mask=mask, track_id=9
+        class_id=7, score=0.5, box=(1, 2, 30, 40), mask_origin=(5, 6), mask=mask, track_id=9,
+        image_size=(64, 48),
     )
     assert (instance.class_id, instance.score, instance.box) == (7, 0.5, (1, 2, 30, 40))
     assert (instance.mask_origin, instance.track_id) == ((5, 6), 9)
+    assert pickle.loads(pickle.dumps(instance)).image_size == instance.image_size == (64, 48)
     assert instance.mask is mask
     with pytest.raises(AttributeError):
         instance.score = 1

@@ -57,7 +57,7 @@ inline std::int64_t chord_half_length(double radius, double offset) {
 
 /// Limit of the radius; larger ones are clamped to it. It exceeds any image, and its square is
 /// exact.
-constexpr double max_mask_radius = 67108864.0;
+inline constexpr double max_mask_radius = 67108864.0;
 
 /// Whether a pixel of the mask lies within `radius` pixels (Euclidean, between pixel centres) of
 /// `pixel`. A radius of 0, negative or NaN tests the pixel itself. O(radius^2), and at most

@@ -15,7 +15,7 @@
 namespace dynfilter {
 
 /// Largest offset of depth that makes sense, seconds.
-constexpr double max_depth_offset_s = 10;
+inline constexpr double max_depth_offset_s = 10;
 
 /// Camera of a recorded sequence: the lens, and how images and depth were recorded.
 struct SequenceCamera : Camera {
