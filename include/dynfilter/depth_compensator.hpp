@@ -48,7 +48,7 @@ struct DepthCompensatorOptions {
   double half_width_m = 0.55;
   /// Features this close to a fresh mask and its gap are removed in any case.
   double mask_margin_px = 1;
-  /// Masks older than this, seconds, are stale. Above 1 s they count as fresh: no time was set.
+  /// Masks older than this, seconds, are stale. Those without a time count as fresh.
   double stale_age_s = 0.02;
   double motion_px_per_s = 400;  ///< largest speed of objects in the image
   /// Smallest share of the features to keep. Where fewer would be kept, or fewer than 300 (or half
@@ -62,9 +62,7 @@ namespace detail {
 /// Returns a frame as rule `depth` sees it.
 inline DepthRuleFrame depth_rule_frame(const DepthCompensatorOptions& options,
                                        const FrameView& frame, const Segmentation& masks) {
-  constexpr double max_age_s = 1;  // If masks are older, their time was not set.
-  const double since_s = std::abs(frame.timestamp_s - masks.timestamp_s);
-  const double age_s = since_s > max_age_s ? 0 : since_s;
+  const double age_s = std::abs(masks.age_s(frame.timestamp_s).value_or(0));
   const double scale = pixel_scale(masks.image_size);
   const double width_share = frame.depth.empty() ? SparseDepthRule::width_share : 1;
   const double half_width_m = options.half_width_m * width_share;

@@ -49,8 +49,8 @@ class Pipeline {
     FrameStatistics& statistics = labels.statistics();
     statistics.has_depth = !input.frame.depth.empty();
     statistics.has_segmentation = has_segmentation;
-    if (!has_segmentation) return;
-    statistics.segmentation_age_s = input.frame.timestamp_s - input.segmentation.timestamp_s;
+    const auto age_s = input.segmentation.age_s(input.frame.timestamp_s);
+    if (has_segmentation && age_s) statistics.segmentation_age_s = *age_s;
   }
 
   std::tuple<Stages...> stages_;

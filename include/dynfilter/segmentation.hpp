@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -19,10 +20,16 @@ namespace dynfilter {
 /// an absent one (std::optional) says that no masks are known. The statistics distinguish the two.
 struct Segmentation {
   std::uint64_t frame_id = 0;  ///< FrameView::id of the image that was segmented
-  /// Time of that image, seconds; earlier than the frame's when masks are stale.
-  double timestamp_s = 0.0;
+  /// Time of that image, seconds; earlier than the frame's when masks are stale. Not set = not
+  /// known: then the masks count as fresh.
+  std::optional<double> timestamp_s;
   cv::Size image_size;              ///< pixels; must equal the size of the colour and depth images
   std::vector<Instance> instances;  ///< the detected objects, in the segmenter's order
+
+  /// Returns the age of the masks in a frame of this time, seconds; nothing if it is not known.
+  std::optional<double> age_s(double frame_timestamp_s) const {
+    return timestamp_s ? std::optional(frame_timestamp_s - *timestamp_s) : std::nullopt;
+  }
 };
 
 /// Reference to a segmentation, or to none: std::nullopt or {} says that no masks are known. It is
@@ -53,16 +60,17 @@ namespace detail {
 
 // Limits of OpenCV's own image readers. Larger images are mistakes: a mask of such a size would
 // overflow or exhaust memory.
-constexpr int max_image_side_px = 1 << 20;
-constexpr std::int64_t max_image_pixels = std::int64_t{1} << 30;
+inline constexpr int max_image_side_px = 1 << 20;
+inline constexpr std::int64_t max_image_pixels = std::int64_t{1} << 30;
 
 inline void require_image_size(const cv::Size& size, const char* component) {
-  if (size.width <= max_image_side_px && size.height <= max_image_side_px &&
+  const auto is_side = [](int side_px) { return side_px >= 0 && side_px <= max_image_side_px; };
+  if (is_side(size.width) && is_side(size.height) &&
       std::int64_t{size.width} * size.height <= max_image_pixels) {
     return;
   }
   throw_misuse(component, concatenate("image_size ", size_name(size)),
-               concatenate("sides of at most ", max_image_side_px, " pixels and at most ",
+               concatenate("sides of 0 to ", max_image_side_px, " pixels and at most ",
                            max_image_pixels, " pixels in all"));
 }
 
@@ -70,18 +78,18 @@ inline void require_image_size(const cv::Size& size, const char* component) {
 
 /// Checks a segmentation. Throws std::invalid_argument, in the name of `component`, if
 /// - a time is not finite;
-/// - the image size is missing although there are instances, or exceeds 2^20 pixels a side or 2^30
-///   pixels in all;
+/// - the image size is missing although there are instances, is negative, or exceeds 2^20 pixels a
+///   side or 2^30 pixels in all;
 /// - a mask is not CV_8UC1 or was cut from an image of another size, a box has a negative side, or
 ///   a score lies outside 0 to 1.
 ///
 /// O(instances).
 inline void validate(const Segmentation& segmentation, const char* component) {
-  if (!std::isfinite(segmentation.timestamp_s)) {
+  if (segmentation.timestamp_s && !std::isfinite(*segmentation.timestamp_s)) {
     detail::throw_misuse(
         component,
-        detail::concatenate("timestamp_s = ", segmentation.timestamp_s, " in the segmentation"),
-        "a finite time in seconds");
+        detail::concatenate("timestamp_s = ", *segmentation.timestamp_s, " in the segmentation"),
+        "a finite time in seconds, or none");
   }
   detail::require_image_size(segmentation.image_size, component);
   if (segmentation.image_size.empty() && !segmentation.instances.empty()) {

@@ -23,13 +23,15 @@ class Segmenter {
  public:
   virtual ~Segmenter() = default;
 
-  /// Segments the frame's image. Throws std::invalid_argument for a result that is malformed (see
-  /// validate) or differs from the frame in image size, and passes on what `do_segment` throws. A
-  /// frame with neither image nor depth suits segmenters that need none, such as a folder of masks;
-  /// the result then has the size that they report.
+  /// Segments the frame's image. A result without a time gets the frame's. Throws
+  /// std::invalid_argument for a result that is malformed (see validate) or differs from the frame
+  /// in image size, and passes on what `do_segment` throws. A frame with neither image nor depth
+  /// suits segmenters that need none, such as a folder of masks; the result then has the size that
+  /// they report.
   Segmentation segment(const FrameView& frame) {
     validate(frame, "Segmenter");
     Segmentation result = do_segment(frame);
+    if (!result.timestamp_s) result.timestamp_s = frame.timestamp_s;
     validate(result, "Segmenter (result of do_segment)");
     const cv::Size size = size_of(frame);
     if (!size.empty() && result.image_size != size) {
@@ -65,7 +67,7 @@ class Segmenter {
 };
 
 /// Segmenter that calls a function with the image and takes the instances that it returns. Throws
-/// std::invalid_argument for a frame with neither image nor depth.
+/// std::invalid_argument for a frame without an image.
 class CallbackSegmenter final : public Segmenter {
  public:
   /// Function that returns the instances of an image.
@@ -81,10 +83,10 @@ class CallbackSegmenter final : public Segmenter {
 
  private:
   Segmentation do_segment(const FrameView& frame) override {
-    Segmentation result = empty_segmentation(frame);
-    if (result.image_size.empty()) {
+    if (frame.image.empty()) {
       detail::throw_misuse("CallbackSegmenter", "a frame without an image", "an image to segment");
     }
+    Segmentation result = empty_segmentation(frame);
     result.instances = callback_(frame.image);
     return result;
   }

@@ -111,9 +111,10 @@ struct FrameStatistics {
   std::size_t suggested_features = 0;
   /// False: no masks are known; true without instances: nobody is there.
   bool has_segmentation = false;
-  double segmentation_age_s = 0.0;  ///< time of the frame minus time of its masks, seconds
-  bool has_depth = false;           ///< whether the frame has a depth image
-  MotionStatistics motion;          ///< of the motion evidence
+  /// Time of the frame minus time of its masks, seconds; NaN without masks or without their time.
+  double segmentation_age_s = std::numeric_limits<double>::quiet_NaN();
+  bool has_depth = false;                     ///< whether the frame has a depth image
+  MotionStatistics motion;                    ///< of the motion evidence
   std::vector<InstanceStatistics> instances;  ///< one per instance, in the segmentation's order
 
   /// Number of features that are removed.

@@ -264,15 +264,11 @@ Finding masks_are_wrong(const Summary& s) {
 
 Finding masks_are_old(const Summary& s) {
   const double age_s = s.age_s();
-  if (age_s > 1) {
-    return say("masks_age",
-               "the times of masks and frames differ by more than 1 s: give masks the time of "
-               "their image, for example in the column mask_time of instances.csv");
-  }
   if (!(age_s > 0.05) || s.options.moves_masks) return {};
   return say("masks_age",
              "masks are {} s old, and people have moved since: take a faster segmenter, or move "
-             "late masks (--rule depth_moved, in a host dynfilter.propagate)",
+             "late masks (--rule depth_moved, in a host dynfilter.propagate); if the age is wrong, "
+             "give masks the time of their image, as in the column mask_time of instances.csv",
              rounded(age_s));
 }
 

@@ -176,7 +176,8 @@ void InputSummary::add_masks(const FrameView& frame, const Segmentation& masks) 
     const bool is_larger = largest == nullptr || one.mask.total() > largest->mask.total();
     if (is_dynamic(one) && is_larger) largest = &one;
   }
-  if (!masks.instances.empty()) age_s.add(std::abs(frame.timestamp_s - masks.timestamp_s));
+  const std::optional<double> age = masks.age_s(frame.timestamp_s);
+  if (age && !masks.instances.empty()) age_s.add(std::abs(*age));
   if (largest != nullptr) add_person(frame, *largest);
 }
 

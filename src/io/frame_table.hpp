@@ -37,7 +37,8 @@ inline std::size_t count_instances(const FrameStatistics& statistics, Compensati
 inline std::string frame_cells(const std::string& frame, double timestamp_s,
                                const FrameStatistics& s) {
   std::string cells = frame + ',' + time_text(timestamp_s) + ',' +
-                      (s.has_segmentation ? '1' : '0') + ',' + time_text(s.segmentation_age_s);
+                      (s.has_segmentation ? '1' : '0') + ',' +
+                      (s.segmentation_age_s < HUGE_VAL ? time_text(s.segmentation_age_s) : "");
   for (const std::size_t count :
        {s.instances.size(), s.features, s.masked, s.compensated, s.moving, s.custom, s.restored,
         s.kept(), std::size_t{s.starved}, s.suggested_features,

@@ -43,7 +43,6 @@ constexpr double fringe_shift_px = 1.0, fringe_shift_scales = 3;
 // Features in the fringe without a track are removed so near to the mask: it may miss a rim of the
 // object, or be left behind. This costs static features that the object hid until now.
 constexpr double fringe_untracked_px = 4, stale_fringe_untracked_px = 15;
-constexpr double unknown_age_s = 1;   // masks of such an age have no time, and count as fresh
 constexpr float fringe_score = 0.6F;  // more likely dynamic than not
 
 float added_by(Evidence evidence) {
@@ -252,8 +251,8 @@ bool shifts_in_fringe(const MotionContext& context, const FeatureMotion& feature
 /// Removes the features beside an instance that may belong to it and are not static for sure.
 void clean_fringe(const MotionContext& context, std::size_t k, FeatureLabels& labels) {
   const Instance& instance = context.input.segmentation.instances[k];
-  const double age_s = std::abs(labels.statistics().segmentation_age_s);
-  const bool are_fresh = age_s <= context.options.stale_age_s || age_s > unknown_age_s;
+  const double age_s = std::abs(labels.statistics().segmentation_age_s);  // NaN without a time
+  const bool are_fresh = !(age_s > context.options.stale_age_s);
   // The features on stale masks may be the background's.
   const double farthest_m =
       are_fresh ? farthest_of(context, labels, k) : std::numeric_limits<double>::infinity();

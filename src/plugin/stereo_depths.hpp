@@ -250,9 +250,9 @@ inline void stereo_areas(const FrameView& frame, const Segmentation& segmentatio
                          const MaskCuller& culler, const DepthCompensatorOptions& options,
                          std::vector<cv::Rect>& areas) {
   const cv::Size size = segmentation.image_size;
-  constexpr double max_age_s = 1, votes_px = 70;  // of DepthCompensator, rounded up
-  const double age_s = std::abs(frame.timestamp_s - segmentation.timestamp_s);
-  const double moved_px = age_s <= max_age_s ? age_s * options.motion_px_per_s : 0;
+  constexpr double votes_px = 70;  // of DepthCompensator, rounded up
+  const double age_s = std::abs(segmentation.age_s(frame.timestamp_s).value_or(0));
+  const double moved_px = age_s * options.motion_px_per_s;
   const auto margin = static_cast<std::int64_t>(
       std::min(std::ceil((votes_px + moved_px) * detail::pixel_scale(size)),
                static_cast<double>(size.width + size.height)));

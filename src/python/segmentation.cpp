@@ -181,7 +181,7 @@ Segmentation from_masks(const FrameView& frame, const py::object& masks, const p
   return segmentation;
 }
 
-Segmentation make_segmentation(std::uint64_t frame_id, double timestamp_s,
+Segmentation make_segmentation(std::uint64_t frame_id, std::optional<double> timestamp_s,
                                const cv::Size& image_size, std::vector<Instance> instances) {
   Segmentation result{frame_id, timestamp_s, image_size, std::move(instances)};
   validate(result, "Segmentation");
@@ -189,7 +189,8 @@ Segmentation make_segmentation(std::uint64_t frame_id, double timestamp_s,
 }
 
 /// Arguments of make_segmentation: what a pickled segmentation is.
-using SegmentationState = std::tuple<std::uint64_t, double, cv::Size, std::vector<Instance>>;
+using SegmentationState =
+    std::tuple<std::uint64_t, std::optional<double>, cv::Size, std::vector<Instance>>;
 
 SegmentationState state_of(const Segmentation& segmentation) {
   return {segmentation.frame_id, segmentation.timestamp_s, segmentation.image_size,
@@ -221,7 +222,7 @@ void bind_segmentation(py::module_& module) {
 A segmentation without instances says that nobody is there; None in its place says that no masks
 are known. The statistics distinguish the two.)")
       .def(py::init(&make_segmentation), py::kw_only(), py::arg("frame_id") = 0,
-           py::arg("timestamp_s") = 0.0, py::arg("image_size") = cv::Size(),
+           py::arg("timestamp_s") = none, py::arg("image_size") = cv::Size(),
            py::arg("instances") = std::vector<Instance>(),
            R"(Takes number and time of the image that was segmented, its size (width, height), and
 the instances. Raises ValueError for a malformed one.)")
@@ -231,7 +232,8 @@ the instances. Raises ValueError for a malformed one.)")
       .def_readonly("frame_id", &Segmentation::frame_id,
                     "FrameView.id of the image that was segmented")
       .def_readonly("timestamp_s", &Segmentation::timestamp_s,
-                    "time of that image, seconds; earlier than the frame's when masks are stale")
+                    "time of that image, seconds; earlier than the frame's when masks are stale; "
+                    "None = not known: the masks count as fresh")
       .def_readonly("image_size", &Segmentation::image_size, "(width, height), pixels")
       .def_property_readonly(
           "instances", [](const Segmentation& self) { return py::tuple(py::cast(self.instances)); },
@@ -239,7 +241,7 @@ the instances. Raises ValueError for a malformed one.)")
       .def("__repr__",
            [](const Segmentation& self) {
              return detail::concatenate("Segmentation(frame_id=", self.frame_id, ", timestamp_s=",
-                                        std::string(py::str(py::float_(self.timestamp_s))), ", ",
+                                        std::string(py::str(py::cast(self.timestamp_s))), ", ",
                                         self.instances.size(), " instances)");
            })
       .def(py::pickle(&state_of, [](const SegmentationState& state) {

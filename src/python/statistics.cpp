@@ -94,7 +94,7 @@ void bind_statistics(py::module_& module) {
       .field("has_segmentation", &Frame::has_segmentation,
              "False: no masks are known; True without instances: nobody is there")
       .field("segmentation_age_s", &Frame::segmentation_age_s,
-             "time of the frame minus time of its masks, seconds")
+             "time of the frame minus time of its masks, seconds; nan without masks or their time")
       .field("has_depth", &Frame::has_depth, "whether the frame has a depth image")
       .field("motion", &Frame::motion, "of the motion evidence")
       .field(

@@ -255,9 +255,8 @@ class AsyncSegmenter::Worker {
     const std::exception_ptr failure = take_failure(frames_.end());
     forget_settled(frames_.end());
     if (failure) std::rethrow_exception(failure);
-    if (newest_ && std::abs(last_timestamp_s_ - newest_->timestamp_s) > options_.max_age_s) {
-      return {};
-    }
+    const double age_s = newest_ ? newest_->age_s(last_timestamp_s_).value_or(0) : 0;
+    if (std::abs(age_s) > options_.max_age_s) return {};
     return newest_;
   }
 

@@ -98,28 +98,34 @@ MaskFolderWriter& MaskFolderWriter::operator=(MaskFolderWriter&&) noexcept = def
 MaskFolderWriter::~MaskFolderWriter() = default;
 
 void MaskFolderWriter::add(const Segmentation& segmentation) {
-  add(segmentation, detail::time_text(segmentation.timestamp_s));
+  if (!segmentation.timestamp_s) {
+    detail::throw_misuse(name, "masks without a time", "a time in seconds");
+  }
+  add(segmentation, detail::time_text(*segmentation.timestamp_s));
 }
 
 void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& stem,
                            std::optional<double> frame_timestamp_s) {
   require_writable(segmentation);
-  const double frame_time_s = frame_timestamp_s.value_or(segmentation.timestamp_s);
   if (!staged_)
     detail::throw_misuse(name, "a segmentation after finish()", "every segmentation before it");
-  const std::optional<double> time_s = any_names_ ? frame_time_s : detail::time_of_name(stem);
+  const std::optional<double> known_s =
+      frame_timestamp_s ? frame_timestamp_s : segmentation.timestamp_s;
+  const std::optional<double> time_s = any_names_ ? known_s : detail::time_of_name(stem);
   if (!time_s || stem.find_first_of(",\"/\n") != std::string::npos) {
     detail::throw_misuse(name, "the stem '" + stem + "'",
                          any_names_ ? "no comma, quote or slash" : "a time in seconds");
   }
+  const double frame_time_s = known_s.value_or(*time_s);
   if (!is_found(*time_s, frame_time_s)) {
     detail::throw_misuse(
         name,
         "the stem '" + stem + "' for a segmentation of time " + detail::time_text(frame_time_s),
         "the frame's time, to 1 ms");
   }
-  const std::string mask_time = detail::time_text(segmentation.timestamp_s);
-  if (!detail::is_time_in_seconds(segmentation.timestamp_s)) {
+  const double mask_time_s = segmentation.timestamp_s.value_or(frame_time_s);
+  const std::string mask_time = detail::time_text(mask_time_s);
+  if (!detail::is_time_in_seconds(mask_time_s)) {
     detail::throw_misuse(name, "masks of time " + mask_time, "a time in seconds");
   }
   const std::int64_t time = detail::microseconds(*time_s);
@@ -137,7 +143,7 @@ void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& 
     rows_.erase(rows_.begin() + static_cast<std::ptrdiff_t>(before), rows_.end());
     throw;
   }
-  const bool is_own_time = is_found(segmentation.timestamp_s, *time_s);
+  const bool is_own_time = is_found(mask_time_s, *time_s);
   has_own_times_ = has_own_times_ || (!is_own_time && !segmentation.instances.empty());
 }
 

@@ -148,14 +148,14 @@ struct MaskPropagator::State {
   }
 
   /// Finds a result's place: by its time; by its id, if the host numbers its frames; otherwise at
-  /// the next frame after its time.
+  /// the next frame after its time. One without a time that its id does not tell has none.
   ResultPlace place_of(const Segmentation& result) const {
+    const double time_s = result.timestamp_s.value_or(-std::numeric_limits<double>::infinity());
     const auto find = [&](const auto& is_own) {
       return std::find_if(steps.begin(), steps.end(), is_own);
     };
-    const auto not_before =
-        find([&](const auto& s) { return s.timestamp_s >= result.timestamp_s; });
-    const ResultPlace by_time{result.timestamp_s, not_before};
+    const auto not_before = find([&](const auto& s) { return s.timestamp_s >= time_s; });
+    const ResultPlace by_time{time_s, not_before};
     if (not_before != steps.end() && by_time.is_known()) return by_time;
     const auto has_id = [&](const auto& step) { return step.frame_id == result.frame_id; };
     if (steps.size() > 1 && std::count_if(steps.begin(), steps.end(), has_id) == 1) {
@@ -247,8 +247,8 @@ struct MaskPropagator::State {
   int next_track_id = 0;
   struct Result {
     std::uint64_t frame_id;
-    double timestamp_s;       // as it was given
-    double true_timestamp_s;  // of its frame
+    std::optional<double> timestamp_s;  // as it was given
+    double true_timestamp_s;            // of its frame
   };
   std::optional<Result> last_result = {};
 };

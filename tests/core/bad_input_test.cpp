@@ -61,6 +61,10 @@ const std::vector<BadInput> bad_inputs = {
      },
      {"640x480", "an image of 30x20"}},
     {[](auto& c) { c.segmentation.image_size = {}; }, {"image_size 0x0", "2 instances"}},
+    {[](auto& c) {
+       c.segmentation = {0, 0, {640, -480}, {}};
+     },
+     {"image_size 640x-480", "sides of 0 to"}},
     {[](auto& c) { second_instance(c).mask = float_image; }, {"CV_32FC1", "instance 1", "CV_8UC1"}},
     {[](auto& c) { second_instance(c).box.width = -4; }, {"box of -4x5", "instance 1"}},
     {[](auto& c) { second_instance(c).score = 87.0F; }, {"score 87", "instance 1"}},
@@ -199,6 +203,11 @@ const std::vector<BadCall> bad_calls = {
     {[] { instances_from_binary_mask(cv::Mat::zeros(4, 4, CV_8UC1), -1); }, "box_margin_px = -1"},
     {[] { instances_from_binary_mask(cv::Mat::zeros(4, 4, CV_8UC1), 0, 0); }, "min_pixels = 0"},
     {[] { CallbackSegmenter segmenter(nullptr); }, "CallbackSegmenter: got an empty callback"},
+    {[] {
+       CallbackSegmenter segmenter([](const cv::Mat&) { return std::vector<Instance>(); });
+       segmenter.segment({0, 0, {}, cv::Mat1f::ones(4, 4), 0});
+     },
+     "CallbackSegmenter: got a frame without an image"},
     {[] {
        Segmentation segmentation;
        segmentation.instances.resize(1);

@@ -136,6 +136,20 @@ TEST(DepthCompensator, GivesBackTheBackgroundUnderAStaleMask) {
   EXPECT_EQ(scene.at(270, 300).reason, Reason::in_mask) << "it is not stale any more";
 }
 
+TEST(DepthCompensator, MasksGrowStaleAndNeverFreshAgain) {
+  DepthScene scene;
+  const auto reason_on_the_wall = [&](std::optional<double> age_s) {
+    scene.segmentation.timestamp_s.reset();
+    if (age_s) scene.segmentation.timestamp_s = scene.frame.timestamp_s - *age_s;
+    return scene.at(270, 300).reason;  // under the mask
+  };
+  scene.make_stale();
+  for (const double age_s : {0.99, 1.01, 100.0, -1.01}) {
+    EXPECT_EQ(reason_on_the_wall(age_s), Reason::restored) << age_s;
+  }
+  EXPECT_EQ(reason_on_the_wall({}), Reason::in_mask) << "no time: they count as fresh";
+}
+
 TEST(DepthCompensator, GivesBackNothingThatAnotherStageRemoved) {
   DepthScene scene;
   scene.make_stale();
@@ -320,7 +334,7 @@ struct ColumnScene {
   ColumnScene() {
     const DepthScene scene;
     input.segmentation = scene.segmentation;
-    input.segmentation.timestamp_s = 0;
+    input.segmentation.timestamp_s.reset();
     input.depths_m.emplace();
     for (int y = 4; y < 480; y += 8) {
       for (int x = 4; x < 640; x += 8) {

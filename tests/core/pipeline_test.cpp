@@ -47,7 +47,8 @@ TEST(Pipeline, DistinguishesNoSegmentationFromAnEmptyOne) {
   EXPECT_TRUE(of_nobody.has_segmentation);
   EXPECT_EQ(of_nobody.segmentation_age_s, 0.25);
   const FrameStatistics of_nothing = filter.apply(frame, std::nullopt, FeaturesView()).statistics();
-  EXPECT_EQ(of_nothing.segmentation_age_s, 0) << "no masks have no age";
+  EXPECT_TRUE(std::isnan(of_nothing.segmentation_age_s)) << "no masks have no age";
+  EXPECT_TRUE(std::isnan(filter.apply(frame, Segmentation(), {}).statistics().segmentation_age_s));
   EXPECT_FALSE(of_nothing.has_segmentation);
   std::optional<Segmentation> maybe = nobody;
   EXPECT_TRUE(filter.apply(frame, maybe, FeaturesView()).statistics().has_segmentation);

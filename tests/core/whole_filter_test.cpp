@@ -215,7 +215,8 @@ TEST_P(ImageEdges, FilterReadsNothingOutsideTheDepthImage) {
         FilterCase input = case_at_the_edges(image, depth_type, guard, persons);
         input.options.compensator.rule = rule;
         ASSERT_EQ(check_filter(input), "") << "with " << persons << " persons";
-        input.frame.timestamp_s += 0.1;  // stale masks let features be restored
+        input.segmentation.timestamp_s =
+            input.frame.timestamp_s - 0.1;  // stale masks let features be restored
         ASSERT_EQ(check_filter(input), "") << "with " << persons << " persons, stale";
       }
     }

@@ -48,7 +48,7 @@ int extent(ByteSource& source) {
 Segmentation result_of(ByteSource& source, const FrameView& frame) {
   Segmentation result{
       frame.id, frame.timestamp_s, frame.image.empty() ? size : frame.image.size(), {}};
-  if (source.chance(30)) result.timestamp_s -= source.between(-3, 20) / 30.0;
+  if (source.chance(30)) *result.timestamp_s -= source.between(-3, 20) / 30.0;
   if (source.chance(10)) result.frame_id = source.byte();
   const int count = source.between(0, 4);
   for (int k = 0; k < count; ++k) {

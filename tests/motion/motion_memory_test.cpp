@@ -115,7 +115,7 @@ TEST(MotionMasks, TakesMasksWithoutATimeForFresh) {
   std::size_t moving = 0;
   for (Shot shot : shots(0.5)) {
     const FeatureLabels fresh = rig.see(shot);
-    shot.rendered.true_segmentation.timestamp_s -= 1e6;
+    shot.rendered.true_segmentation.timestamp_s.reset();
     EXPECT_TRUE(same_labels(other.see(shot), fresh));
     moving += fresh.statistics().moving;
   }

@@ -224,6 +224,7 @@ TEST(StereoAreas, AreAroundDynamicObjects) {
   EXPECT_EQ(areas[1], cv::Rect(600 - 70, 0, 110, 480));
   // Late masks: the object may have moved since.
   frame.timestamp_s = 0.1;
+  masks.timestamp_s = 0;
   stereo_areas(frame, masks, MaskCuller(), {}, areas);
   EXPECT_EQ(areas[0].x, 200 - 70 - 40);
 }

@@ -155,9 +155,9 @@ struct Variant {
 TEST(InputChecks, EachSpeaksAlone) {
   const Variant variants[] = {
       {"times", "nanoseconds",
-       [](CheckedFrame& f, int) { f.view.timestamp_s *= 1e9, f.masks->timestamp_s *= 1e9; }},
+       [](CheckedFrame& f, int) { f.view.timestamp_s *= 1e9, *f.masks->timestamp_s *= 1e9; }},
       {"times", "milliseconds",
-       [](CheckedFrame& f, int) { f.view.timestamp_s *= 1e3, f.masks->timestamp_s *= 1e3; }},
+       [](CheckedFrame& f, int) { f.view.timestamp_s *= 1e3, *f.masks->timestamp_s *= 1e3; }},
       {"times", "indices",
        [](CheckedFrame& f, int i) { f.view.timestamp_s = i, f.masks->timestamp_s = i; }},
       {"image_range", "of 255 greys", [](CheckedFrame& f, int) { f.view.image /= 16; }},
@@ -230,7 +230,7 @@ TEST(InputChecks, EachSpeaksAlone) {
        [](CheckedFrame& f, int i) {
          for (Instance& one : f.masks->instances) one.class_id = i % 2 == 0 ? 1 : 57;
        }},
-      {"masks_age", "0.1 s old", [](CheckedFrame& f, int) { f.masks->timestamp_s -= 0.1; }},
+      {"masks_age", "0.1 s old", [](CheckedFrame& f, int) { *f.masks->timestamp_s -= 0.1; }},
       {"masks_age", "mask_time", [](CheckedFrame& f, int) { f.masks->timestamp_s = 1e6; }},
       {"masks_small", "px beyond",
        [](CheckedFrame& f, int) {
@@ -399,7 +399,8 @@ TEST(InputChecks, AskForImagesAndMapsOnlyWhereTheyAreNeeded) {
   EXPECT_EQ(names(checked(mono, options)), "") << "a mono map begins with fewer";
   options = usual_options();
   options.moves_masks = true;
-  EXPECT_EQ(names(checked([](CheckedFrame& f, int) { f.masks->timestamp_s -= 0.1; }, options)), "");
+  EXPECT_EQ(names(checked([](CheckedFrame& f, int) { *f.masks->timestamp_s -= 0.1; }, options)),
+            "");
 }
 
 TEST(InputChecks, NeedEightFramesAndWellFormedOnes) {

@@ -130,14 +130,14 @@ TEST(MaskFolderTimes, RoundTripKeepsTheTimeOfTheMasks) {
                 "1341846434.810024,1,0,0.500000,0,1,2,3,1341846434.810024\n");
   MaskFolderSegmenter reader(folder.path());
   const auto read = [&](double time_s) { return reader.segment(frame_at(time_s)); };
-  EXPECT_DOUBLE_EQ(read(1341846434.710184).timestamp_s, 1341846434.710184);
+  EXPECT_DOUBLE_EQ(*read(1341846434.710184).timestamp_s, 1341846434.710184);
   EXPECT_EQ(read(1341846434.710184).frame_id, 77U);
-  EXPECT_DOUBLE_EQ(read(1341846434.746225).timestamp_s, 1341846434.710184);
+  EXPECT_DOUBLE_EQ(*read(1341846434.746225).timestamp_s, 1341846434.710184);
   EXPECT_EQ(read(1341846434.746225).frame_id, unknown);
   EXPECT_EQ(read(1341846434.746225).instances.size(), 2U);
   // Masks without instances have no row, so they count as the frame's own.
-  EXPECT_DOUBLE_EQ(read(1341846434.778203).timestamp_s, 1341846434.778203);
-  EXPECT_DOUBLE_EQ(read(1341846434.810024).timestamp_s, 1341846434.810024);
+  EXPECT_DOUBLE_EQ(*read(1341846434.778203).timestamp_s, 1341846434.778203);
+  EXPECT_DOUBLE_EQ(*read(1341846434.810024).timestamp_s, 1341846434.810024);
 }
 
 TEST(MaskFolderTimes, MasksOfTheirFramesGetNoColumn) {
@@ -148,7 +148,7 @@ TEST(MaskFolderTimes, MasksOfTheirFramesGetNoColumn) {
   writer.finish();
   EXPECT_EQ(file_text(folder / "instances.csv"), table_header + "1.5,1,0,0.500000,0,1,2,3\n");
   MaskFolderSegmenter reader(folder.path());
-  EXPECT_DOUBLE_EQ(reader.segment(frame_at(1.5)).timestamp_s, 1.5);
+  EXPECT_DOUBLE_EQ(*reader.segment(frame_at(1.5)).timestamp_s, 1.5);
   EXPECT_EQ(reader.segment(frame_at(1.5)).frame_id, 77U);
 }
 

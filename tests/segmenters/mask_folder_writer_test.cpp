@@ -63,7 +63,7 @@ TEST(MaskFolderWriter, RoundTripKeepsEveryInstance) {
 
   MaskFolderSegmenter reader(folder / "new/masks");
   for (const Segmentation& want : written) {
-    const Segmentation got = reader.segment(frame_at(want.timestamp_s, want.image_size));
+    const Segmentation got = reader.segment(frame_at(*want.timestamp_s, want.image_size));
     ASSERT_EQ(got.instances.size(), want.instances.size());
     for (std::size_t i = 0; i < got.instances.size(); ++i) {
       const Instance& a = got.instances[i];
@@ -184,7 +184,7 @@ TEST(MaskFolderWriter, RefusesAStemThatIsNotTheTime) {
     MaskFolderWriter finds(found.path());
     finds.add(segmentation, stem);
     finds.finish();
-    EXPECT_TRUE(MaskFolderSegmenter(found.path()).has_mask(segmentation.timestamp_s)) << stem;
+    EXPECT_TRUE(MaskFolderSegmenter(found.path()).has_mask(*segmentation.timestamp_s)) << stem;
   }
 }
 

@@ -140,7 +140,7 @@ TEST(MaskPropagator, MatchesResultsByTimeOrFrameId) {
     if (has_time) {
       frame.id = result.frame_id = 0;
     } else {
-      result.timestamp_s = 0;  // not set
+      result.timestamp_s.reset();
     }
     const auto moved = propagator.propagate(frame, result);
     ASSERT_TRUE(moved);

@@ -24,8 +24,8 @@ struct DepthRuleOracle {
     const bool has_image = !input.frame.depth.empty();
     const cv::Size size = input.segmentation.image_size;
     const double scale = size.width / 640.0, h = options.half_width_m * (has_image ? 1 : 0.75);
-    const double since = std::abs(input.frame.timestamp_s - input.segmentation.timestamp_s);
-    const double age = since > 1 ? 0 : since;
+    const std::optional<double> seen = input.segmentation.timestamp_s;
+    const double age = seen ? std::abs(input.frame.timestamp_s - *seen) : 0;
     const bool stale = age > options.stale_age_s;
     const auto px = [&](double x) { return std::max(1, static_cast<int>(std::lround(x * scale))); };
     const auto depth_at = [&](cv::Point at) { return input.frame.depth_m(at).value_or(0); };

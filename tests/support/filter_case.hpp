@@ -194,10 +194,11 @@ inline DepthCompensatorOptions arbitrary_depth_options(ByteSource& source, const
   return options;
 }
 
-/// Gives the input options of that rule, and its masks any age.
+/// Gives the input options of that rule, and its masks any age, or none.
 inline void draw_rule(ByteSource& source, FilterCase& made, CompensationRule rule) {
-  const double ages_s[] = {0, 0.01, 0.03, 0.1, 0.5, -0.03, 2};
-  made.segmentation.timestamp_s = made.frame.timestamp_s - ages_s[source.between(0, 6)];
+  const std::optional<double> ages_s[] = {0, 0.01, 0.03, 0.1, 1.5, -0.03, std::nullopt};
+  const std::optional<double> age_s = ages_s[source.between(0, 6)];
+  if (age_s) made.segmentation.timestamp_s = made.frame.timestamp_s - *age_s;
   made.options.compensator.rule = rule;
   if (source.chance(70)) {
     made.options.compensator.depth = arbitrary_depth_options(source, made.segmentation.image_size);

@@ -53,7 +53,7 @@ TEST_F(OddInput, StaleMasksOfALevelHaveTheirTime) {
   succeed("synth " + quoted(stale) + " --level stale_3 --frames 5 --width 160 --height 120");
   FrameView frame;
   frame.timestamp_s = 1.133333;  // the last one
-  EXPECT_DOUBLE_EQ(MaskFolderSegmenter(stale / "masks").segment(frame).timestamp_s, 1.033333);
+  EXPECT_DOUBLE_EQ(*MaskFolderSegmenter(stale / "masks").segment(frame).timestamp_s, 1.033333);
   expect_mentions(run("synth " + quoted(folder_ / "x") + " --level easy"), "medium");
 }
 

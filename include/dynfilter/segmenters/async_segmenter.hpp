@@ -29,7 +29,7 @@ struct AsyncSegmenterOptions {
   /// Largest difference in time between the masks and the frame submitted last, seconds. Older
   /// masks count as unknown, so that a network that stalls or fails does not leave its last masks
   /// in place for ever. Infinity keeps them. HandOver::latest only.
-  double max_age_s = 1.0;
+  double max_age_s = 3.0;
 };
 
 /// Counts and times of an AsyncSegmenter: submitted = segmented + failed + replaced + pending.
