@@ -156,7 +156,7 @@ class DepthCompensator {
     double certainty = 0;  // that it belongs to the object; 1/2 is enough
     const detail::DepthObject* object = nullptr;
 
-    bool is_objects() const { return certainty >= 0.5; }
+    bool belongs() const { return certainty >= 0.5; }
     std::int32_t instance() const { return static_cast<std::int32_t>(object->k); }
     float score() const { return static_cast<float>(certainty) * object->instance->score; }
   };
@@ -179,7 +179,7 @@ class DepthCompensator {
     removals.clear();
     removals.reserve(labels.size());
     for (std::size_t i = 0; i < labels.size(); ++i) {
-      if (scratch.verdicts[i].is_objects() && !labels.is_removed(i)) removals.push_back({i, 0});
+      if (scratch.verdicts[i].belongs() && !labels.is_removed(i)) removals.push_back({i, 0});
     }
     const std::size_t kept = labels.statistics().kept() - removals.size();
     const std::size_t missing = missing_features(labels.size(), kept, options_.min_kept_share);
@@ -214,7 +214,7 @@ class DepthCompensator {
         const bool is_open = !labels.is_removed(i) ||
                              (object.frame->is_stale && labels[i].reason == Reason::in_mask);
         Verdict& verdict = scratch.verdicts[i];
-        if (verdict.is_objects() || !is_open) continue;
+        if (verdict.belongs() || !is_open) continue;
         const cv::Point pixel = index.pixel(i);
         const double certainty = rule.certainty(object, pixel, rule.depth_of(object, pixel, i));
         if (certainty > verdict.certainty) verdict = {certainty, &object};
@@ -233,7 +233,7 @@ class DepthCompensator {
       const Compensation outcome = labels.statistics().instances[k].compensation;
       const bool has_object =
           outcome == Compensation::applied || outcome == Compensation::applied_without_image;
-      if (has_object && !scratch.verdicts[i].is_objects()) labels.restore(i, 0);
+      if (has_object && !scratch.verdicts[i].belongs()) labels.restore(i, 0);
     }
   }
 

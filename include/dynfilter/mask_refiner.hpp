@@ -17,10 +17,11 @@
 
 namespace dynfilter {
 
-/// Returns the segmentation with the masks of dynamic objects corrected by the frame's depth: the
-/// fresh mask, and each pixel that is the object's by its surface, or as a feature would be. Hand
-/// over the filter's culler and options. Objects whose depth is not known, and all without a depth
-/// image, keep their masks. Throws std::invalid_argument for malformed input or options. O(pixels).
+/// Returns the segmentation with the masks of dynamic objects corrected by the frame's depth. A
+/// mask becomes the fresh mask and the pixels that belong to the object, by the surface there or
+/// because rule `depth` would remove a feature there. Hand over the filter's culler and options.
+/// Objects whose depth is not known, and all without a depth image, keep their masks. Throws
+/// std::invalid_argument for malformed input or options. O(pixels).
 inline Segmentation refined(const FrameView& view, const Segmentation& segmentation,
                             const MaskCuller& culler = MaskCuller(),
                             const DepthCompensatorOptions& options = {}) {
@@ -46,11 +47,11 @@ inline Segmentation refined(const FrameView& view, const Segmentation& segmentat
     for (cv::Point at = area.tl(); at.y < area.br().y; ++at.y) {
       for (at.x = area.x; at.x < area.br().x; ++at.x) {
         const bool is_masked = !frame.is_stale && object.instance->covers(at);
-        const auto is_objects = [&] {
-          return rule.is_objects(object, at) ||
+        const auto belongs = [&] {
+          return rule.belongs_to(object, at) ||
                  rule.certainty(object, at, rule.depth_of(object, at)) >= 0.5;
         };
-        if (is_masked || (object.extent.contains(at) && is_objects())) {
+        if (is_masked || (object.extent.contains(at) && belongs())) {
           instance.mask.at<std::uint8_t>(at - area.tl()) = 255;
         }
       }

@@ -51,8 +51,8 @@ struct DepthObject {
   cv::Rect extent = {};    // where it may be
   cv::Rect seed_box = {};  // where its surface was found; empty: on its mask
 
-  /// Whether a depth, 0 where it is unknown, lies within the object's half width.
-  bool has_depth(double metres) const {
+  /// Whether a depth, 0 where it is unknown, lies within the half width of the object's.
+  bool is_at_depth(double metres) const {
     return metres > 0 && std::abs(metres - depth_m) <= frame->half_width_m;
   }
 
@@ -202,7 +202,7 @@ class ObjectFinder {
     const auto gap = measure_mask_gap(
         *object.instance, object.masked(), frame_.scaled(max_distance_px / 3),
         frame_.scaled(max_distance_px) + static_cast<int>(growth_px), frame_.size.width,
-        [&](cv::Point pixel) { return object.has_depth(frame_.depth_at(pixel)); }, memory_.gaps);
+        [&](cv::Point pixel) { return object.is_at_depth(frame_.depth_at(pixel)); }, memory_.gaps);
     if (!gap) return growth_px;
     const double shift = std::abs(gap->shift), max_gap = max_gap_px * frame_.scale;
     const bool is_shifted = shift >= min_shift_px * frame_.scale;

@@ -24,16 +24,16 @@ namespace dynfilter::detail {
 /// the mask. Returns the distance, negative inwards; nothing if it exceeds its limit.
 template <class IsObjects>
 std::optional<int> edge_gap(cv::Point end, int direction, int max_outwards, int max_inwards,
-                            const IsObjects& is_objects) {
-  const auto is_objects_at = [&](int distance) {
-    return is_objects(cv::Point(end.x + direction * distance, end.y));
+                            const IsObjects& is_object) {
+  const auto is_object_at = [&](int distance) {
+    return is_object(cv::Point(end.x + direction * distance, end.y));
   };
   int gap = 0;
-  while (gap >= -max_inwards && !is_objects_at(gap)) --gap;
+  while (gap >= -max_inwards && !is_object_at(gap)) --gap;
   if (max_outwards == 0 || gap < -max_inwards) return {};
   for (int next = 1; gap >= 0 && next <= gap + 3; ++next) {
     if (next > max_outwards) return {};
-    if (is_objects_at(next)) gap = next;
+    if (is_object_at(next)) gap = next;
   }
   return gap;
 }
@@ -49,12 +49,12 @@ struct MaskGap {
 };
 
 /// Measures the gap of a mask in every `spacing`-th row of its part in the image, `masked`.
-/// `is_objects` tells whether a pixel has the object's depth, which is followed up to
+/// `is_object` tells whether a pixel has the object's depth, which is followed up to
 /// `max_distance` pixels. Returns nothing if its end is found in too few rows.
 template <class IsObjects>
 std::optional<MaskGap> measure_mask_gap(const Instance& instance, const cv::Rect& masked,
                                         int spacing, int max_distance, int image_width,
-                                        const IsObjects& is_objects, MaskGap::Memory& gaps) {
+                                        const IsObjects& is_object, MaskGap::Memory& gaps) {
   constexpr std::size_t min_rows = 4;  // With more, the gaps of small objects stay unknown.
   for (auto& side : gaps) side.clear();
   for (int y = masked.y + spacing / 2; y < masked.br().y; y += spacing) {
@@ -68,7 +68,7 @@ std::optional<MaskGap> measure_mask_gap(const Instance& instance, const cv::Rect
     const int right = masked.x + static_cast<int>(last - row);
     const auto measure = [&](int x, int direction, int room, std::vector<int>& side) {
       const auto gap = edge_gap({x, y}, direction, std::min(max_distance, room),
-                                std::min(max_distance, right - left), is_objects);
+                                std::min(max_distance, right - left), is_object);
       if (gap) side.push_back(*gap);
     };
     measure(left, -1, left, gaps[0]);

@@ -65,7 +65,7 @@ class SparseDepthRule {
 
   /// Returns the certainty, 0 to 1, that a feature belongs to the object; 1/2 is enough.
   double certainty(const DepthObject& object, cv::Point pixel, double depth_m) const {
-    if (object.has_depth(depth_m) || object.is_beside_mask(pixel, object.margin_px)) return 1;
+    if (object.is_at_depth(depth_m) || object.is_beside_mask(pixel, object.margin_px)) return 1;
     if (depth_m > 0 || index_.size() > max_voters) return 0;
     const double share = share_of_votes(object, pixel);
     return share < min_votes ? share / min_votes / 2 : std::max(0.5, share);
@@ -93,7 +93,7 @@ class SparseDepthRule {
       const double squared = std::max(1.0, apart.ddot(apart));
       if (!depth_m || squared > max_px * max_px) continue;
       all += std::floor(vote / squared);
-      objects += object.has_depth(*depth_m) ? std::floor(vote / squared) : 0;
+      objects += object.is_at_depth(*depth_m) ? std::floor(vote / squared) : 0;
     }
     return objects / all;
   }

@@ -63,7 +63,7 @@ class SurfaceGrid {
   ///
   /// So what lies at the object's depth is the object's unless the surroundings are joined to it by
   /// a smaller step, and what lies farther than the half width is not unless the object is.
-  bool is_objects(const DepthObject& object, cv::Point pixel, double depth_m) const {
+  bool belongs_to(const DepthObject& object, cv::Point pixel, double depth_m) const {
     const double allowed_m =
         step_per_depth * (object.frame->half_width_m - std::abs(depth_m - object.depth_m));
     if (!(depth_m > 0) || allowed_m < -max_step_m) return false;
@@ -115,7 +115,7 @@ class SurfaceGrid {
     for (const DepthObject& object : objects) {
       const bool is_surface = object.seed_box.empty() ? object.covers_depth_pixel(pixel)
                                                       : object.seed_box.contains(pixel);
-      if (is_surface && object.has_depth(depth_m)) return {depth_m, -1, an_object};
+      if (is_surface && object.is_at_depth(depth_m)) return {depth_m, -1, an_object};
       is_outside = is_outside && !object.extent.contains(pixel);
     }
     if (is_outside) return {depth_m, -1, surroundings};
@@ -159,7 +159,7 @@ class SurfaceRule {
   /// shadow.
   double certainty(const DepthObject& object, cv::Point pixel, double depth_m) const {
     const cv::Point depth_pixel = object.depth_pixel_of(pixel);
-    if (grid_.is_objects(object, depth_pixel, depth_m)) return 1;
+    if (grid_.belongs_to(object, depth_pixel, depth_m)) return 1;
     if (object.is_beside_mask(pixel, object.margin_px)) return 1;
     if (depth_m > 0 && depth_m < object.depth_m + frame_.half_width_m) return 0;
     const double enclosure = enclosure_at(object, depth_pixel);
@@ -170,9 +170,9 @@ class SurfaceRule {
     return enclosure < needed ? enclosure / needed / 2 : std::min(1.0, 0.5 + enclosure / 8);
   }
 
-  /// Whether the surface that the depth image shows at a pixel is the object's.
-  bool is_objects(const DepthObject& object, cv::Point depth_pixel) const {
-    return grid_.is_objects(object, depth_pixel, frame_.depth_at(depth_pixel));
+  /// Whether the surface that the depth image shows at a pixel belongs to the object.
+  bool belongs_to(const DepthObject& object, cv::Point depth_pixel) const {
+    return grid_.belongs_to(object, depth_pixel, frame_.depth_at(depth_pixel));
   }
 
  private:
@@ -192,7 +192,7 @@ class SurfaceRule {
         const double depth_m = frame_.depth_at(at);
         const bool is_masked = !frame_.is_stale && object.covers_depth_pixel(at);
         if (depth_m == 0 && !is_masked) continue;
-        if (is_masked || grid_.is_objects(object, at, depth_m)) enclosure += frame_.scale / n;
+        if (is_masked || grid_.belongs_to(object, at, depth_m)) enclosure += frame_.scale / n;
         break;
       }
     }
