@@ -7,10 +7,8 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <chrono>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <thread>
 
@@ -33,13 +31,12 @@ Clock::duration seconds(double number) {
 
 /// Returns an address for ZeroMQ. A path becomes absolute, which survives chdir().
 std::string endpoint_of(const std::string& address) {
-  const std::string ipc = "ipc://", tcp = "tcp://127.0.0.1:";  // nothing is encrypted for others
-  const auto port = address.rfind(tcp, 0) == 0 ? address.substr(tcp.size()) : std::string();
-  if (!port.empty() && port.find_first_not_of("0123456789") == port.npos) return address;
-  const std::string path = address.substr(address.rfind(ipc, 0) == 0 ? ipc.size() : 0);
-  if (!path.empty() && path.find("://") == path.npos && path.find('\0') == path.npos) {
-    const std::string absolute = std::filesystem::absolute(path).string();
-    if (absolute.size() < sizeof(sockaddr_un::sun_path)) return ipc + absolute;
+  if (address.rfind("tcp://127.0.0.1:", 0) == 0) return address;  // nothing is encrypted for others
+  const std::string path = address.substr(address.rfind("ipc://", 0) == 0 ? 6 : 0);
+  const auto absolute = path.empty() ? path : std::filesystem::absolute(path).string();
+  if (!path.empty() && path.find("://") == path.npos && path.find('\0') == path.npos &&
+      absolute.size() < sizeof(sockaddr_un::sun_path)) {
+    return "ipc://" + absolute;
   }
   throw_misuse("RemoteSegmenter", "the address '" + address + "'",
                "PATH or ipc://PATH, of 1 to 107 bytes when absolute, or tcp://127.0.0.1:PORT");
@@ -72,7 +69,7 @@ class Connection {
 
   bool is_of_this_process() const { return process_ == getpid(); }
 
-  bool is_over() { return read_news() == State::over; }
+  bool is_usable() { return is_of_this_process() && read_news() != State::over; }
 
   /// Waits until it is connected; false if no process listens.
   bool connect(Clock::time_point deadline) {
@@ -92,7 +89,7 @@ class Connection {
   /// Waits for a message, or fails with these words at the deadline.
   Parts receive(Clock::time_point deadline, const std::string& late) {
     while (true) {
-      const bool was_over = is_over();  // looked at first: what came before the end counts
+      const bool was_over = !is_usable();  // looked at first: what came before the end counts
       Parts parts = receive_from(socket_);
       if (!parts.empty()) return parts;
       if (was_over) throw Failure("the other side has closed the connection", false);
@@ -153,15 +150,11 @@ class Connection {
 /// Makes the parts of a request: nothing, which ZeroMQ's REP wants, then the header and the image.
 Parts request_of(std::uint64_t request, const FrameView& frame) {
   const cv::Mat& image = frame.image;
-  const std::string header = Json({{"request", request},
-                                   {"frame_id", frame.id},
-                                   {"timestamp_s", frame.timestamp_s},
-                                   {"height", image.rows},
-                                   {"width", image.cols},
-                                   {"channels", image.channels()}})
-                                 .dump();
+  Json header = {{"request", request}, {"frame_id", frame.id}, {"channels", image.channels()}};
+  header.update(
+      {{"timestamp_s", frame.timestamp_s}, {"height", image.rows}, {"width", image.cols}});
   Parts parts(1);
-  parts.emplace_back(header);
+  parts.emplace_back(header.dump());
   parts.emplace_back(image.total() * image.elemSize());
   image.copyTo(cv::Mat(image.size(), image.type(), parts[2].data()));
   return parts;
@@ -219,9 +212,7 @@ class RemoteSegmenter::Channel {
 
   void prepare_connection(Clock::time_point deadline) {
     // The other side may have left since the last call, and returned.
-    const bool is_lost =
-        connection_ && (!connection_->is_of_this_process() || connection_->is_over());
-    if (is_lost) drop_connection();
+    if (connection_ && !connection_->is_usable()) drop_connection();
     if (!connection_) connection_ = std::make_unique<Connection>(endpoint_);
     while (!connection_->connect(deadline)) {
       const auto now = Clock::now();

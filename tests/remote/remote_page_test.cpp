@@ -6,9 +6,7 @@
 #include <sys/stat.h>
 
 #include <future>
-#include <iostream>
 
-#include "dynfilter/dynamic_filter.hpp"
 #include "dynfilter/remote/remote_segmenter.hpp"
 #include "support/process.hpp"
 #include "support/test.hpp"
@@ -141,22 +139,6 @@ TEST_F(RemotePage, RefusesAPlaceThatOthersCouldTake) {
   found(200);
   expect_refused("a process listens there, or it is no socket");
   found(200);
-}
-
-TEST_F(RemotePage, TheHostOfThePageGoesOnWithoutAServer) {
-  const DynamicFilter filter;
-  const std::vector<cv::KeyPoint> keypoints(3, cv::KeyPoint(5, 5, 7));
-  RemoteSegmenter people(path);
-  FrameView frame;
-  frame.image = cv::Mat(20, 30, CV_8UC1, cv::Scalar(0));
-  std::optional<dynfilter::Segmentation> masks;  // none: the features of this frame stay
-  try {
-    masks = people.segment(frame);
-  } catch (const std::runtime_error& error) {  // the server is gone, late, or failed
-    std::cerr << error.what() << '\n';
-  }
-  const auto labels = filter.apply(frame, masks, keypoints);
-  EXPECT_EQ(labels.statistics().kept(), 3U);
 }
 
 }  // namespace

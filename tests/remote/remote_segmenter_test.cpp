@@ -100,7 +100,7 @@ TEST_F(RemoteSegmenterTest, SendsTheFrameAndReturnsTheInstances) {
 
 TEST_F(RemoteSegmenterTest, RefusesMisuse) {
   const std::string longest = "/" + std::string(106, 'a');
-  const std::string addresses[] = {"", "ipc://", "tcp://127.0.0.1:x", "tcp://10.0.0.1:5", "x://y"};
+  const std::string addresses[] = {"", "ipc://", "tcp://10.0.0.1:5", "x://y"};
   for (const std::string& address : addresses) {
     expect_error<std::invalid_argument>([&] { RemoteSegmenter{address}; },
                                         "'" + address + "'; want");
@@ -120,7 +120,12 @@ TEST_F(RemoteSegmenterTest, RefusesMisuse) {
   }
 }
 
-TEST_F(RemoteSegmenterTest, SaysThatNobodyListensUntilSomebodyDoes) {
+TEST_F(RemoteSegmenterTest, SaysThatNobodyListensOrAnswersUntilSomebodyDoes) {
+  zmq::context_t context;
+  zmq::socket_t silent(context, zmq::socket_type::stream);
+  silent.bind("tcp://127.0.0.1:*");
+  RemoteSegmenter asks_it(silent.get(zmq::sockopt::last_endpoint), options_of(0.05));
+  expect_fails(asks_it, frame_of(1), "time is up");
   for (const double retry_interval_s : {0.0, 0.001}) {
     RemoteSegmenter people(path, options_of(retry_interval_s > 0 ? 0.02 : 120, retry_interval_s));
     expect_fails(people, frame_of(1, 4), path + ": no masks of frame 4 within ");
@@ -145,20 +150,12 @@ TEST_F(RemoteSegmenterTest, SendsNothingToAnotherUser) {
   expect_fails(people, frame_of(1), "the process belongs to user 65534; want 0");
 }
 
-TEST_F(RemoteSegmenterTest, ReturnsInTimeFromAProcessThatOnlyListens) {
-  zmq::context_t context;
-  zmq::socket_t silent(context, zmq::socket_type::stream);
-  silent.bind("tcp://127.0.0.1:*");
-  RemoteSegmenter people(silent.get(zmq::sockopt::last_endpoint), options_of(0.05));
-  expect_fails(people, frame_of(1), "time is up");
-}
-
 TEST_F(RemoteSegmenterTest, DiscardsALateReplyAndEndsAtOnce) {
   std::promise<void> go;
-  std::vector<int> seen;
+  std::atomic<int> asked{0};
   const RemotePeer peer(path, [&](const FrameView& frame, std::uint64_t request) {
-    seen.push_back(frame.image.data[0]);
-    if (seen.size() == 1) go.get_future().wait();
+    EXPECT_NE(frame.image.data[0], 150) << "nothing queues up";
+    if (++asked == 1) go.get_future().wait();
     return answer(frame, request);
   });
   RemoteSegmenter people(path, options_of(0.1));
@@ -170,7 +167,6 @@ TEST_F(RemoteSegmenterTest, DiscardsALateReplyAndEndsAtOnce) {
   ends_during_its_request.reset();
   go.set_value();
   expect_answered_at_last(people, frame_of(250, 5));
-  EXPECT_EQ(std::count(seen.begin(), seen.end(), 150), 0) << "nothing queues up";
 }
 
 TEST_F(RemoteSegmenterTest, RefusesLiesAndServesTheNextFrame) {

@@ -21,7 +21,6 @@ inline Reply reply(std::uint64_t request, const std::vector<Instance>& instances
   for (const Instance& one : instances) {
     nlohmann::json row = {{"class_id", one.class_id}, {"score", one.score}};
     row["box"] = {one.box.x, one.box.y, one.box.width, one.box.height};
-    if (one.track_id) row["track_id"] = *one.track_id;
     if (!one.mask.empty()) {
       row["mask"] = {one.mask_origin.x, one.mask_origin.y, one.mask.cols, one.mask.rows};
       masks.append(one.mask.begin<char>(), one.mask.end<char>());

@@ -17,9 +17,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
-#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "dynfilter/version.hpp"
-#include "support/remote_peer.hpp"
 #include "tools/program.hpp"
 #include "tools/small_scene_test.hpp"
 
@@ -220,25 +218,6 @@ TEST_F(Program, EverySkipsFramesAndTracking) {
       run("run " + quoted(scene()) + " --every 3 --rule mask_moved --out " + quoted(out("moved")));
   EXPECT_NE(moved.exit_code, 0);
   EXPECT_TRUE(moved.mentions("mask_moved follows objects from frame to frame")) << moved.printed;
-}
-
-TEST_F(Program, SavesAndUsesMasksOfAnotherProcess) {
-  MaskFolderSegmenter masks(scene() / "masks");
-  const RemotePeer peer(out("socket"), answer_by(masks));
-  const std::string remote = " --remote " + quoted(out("socket")) + " --remote-timeout 30";
-  const Outcome kept =
-      run("masks " + quoted(scene()) + remote + " --out " + quoted(out("kept masks")));
-  ASSERT_EQ(kept.exit_code, 0) << kept.printed;
-  EXPECT_EQ(file_text(out("kept masks") / "instances.csv"),
-            file_text(scene() / "masks" / "instances.csv"));
-  EXPECT_EQ(
-      run("masks " + quoted(scene()) + remote + " --out " + quoted(out("kept masks"))).exit_code, 1)
-      << "masks are replaced only on request";
-
-  const std::string common = "run " + quoted(scene()) + " --overlays 0 --out ";
-  ASSERT_EQ(run(common + quoted(out("own"))).exit_code, 0);
-  ASSERT_EQ(run(common + quoted(out("remote")) + remote).exit_code, 0);
-  EXPECT_EQ(file_text(out("remote") / "frames.csv"), file_text(out("own") / "frames.csv"));
 }
 
 TEST_F(Program, NamesAMissingMaskProcess) {

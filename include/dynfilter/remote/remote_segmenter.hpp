@@ -35,11 +35,9 @@ class RemoteSegmenter final : public Segmenter {
   /// run as this process's user; at a port any user's may. Throws std::invalid_argument for options
   /// out of range, another address, or a path above 107 bytes when it is absolute.
   explicit RemoteSegmenter(const std::string& address, const RemoteSegmenterOptions& options = {});
-  /// @{
   /// Moves the connection; the source may only be destroyed or assigned to.
   RemoteSegmenter(RemoteSegmenter&&) noexcept;
-  RemoteSegmenter& operator=(RemoteSegmenter&&) noexcept;
-  /// @}
+  RemoteSegmenter& operator=(RemoteSegmenter&&) noexcept;  ///< As the constructor.
   /// Closes the connection at once, even during a request.
   ~RemoteSegmenter() override;
 

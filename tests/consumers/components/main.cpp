@@ -13,9 +13,6 @@
 #include <dynfilter/evaluation/sequence_camera.hpp>
 #include <dynfilter/motion/motion_judge.hpp>
 #include <dynfilter/networks/network_segmenter.hpp>
-#ifdef HAS_REMOTE
-#include <dynfilter/remote/remote_segmenter.hpp>
-#endif
 #include <dynfilter/segmenters/async_segmenter.hpp>
 #include <dynfilter/segmenters/mask_folder_segmenter.hpp>
 #include <dynfilter/segmenters/mask_propagator.hpp>
@@ -38,12 +35,6 @@ int main() {
   const bool propagates = dynfilter::MaskPropagator().propagate({}, {}).has_value();
   const dynfilter::MotionJudge judge({500, 500, 32, 24});
 
-#ifdef HAS_REMOTE
-  dynfilter::FrameView frame;
-  frame.image = cv::Mat(2, 2, CV_8UC1);
-  if (!refuses_by_name([&] { dynfilter::RemoteSegmenter("no_such_place").segment(frame); }))
-    return 1;
-#endif
   const bool refuse = refuses_by_name([] { dynfilter::MaskFolderSegmenter("no_such_place"); }) &&
                       refuses_by_name([] { dynfilter::NetworkSegmenter{"no_such_place"}; }) &&
                       refuses_by_name([] { dynfilter::read_camera("no_such_place"); });
