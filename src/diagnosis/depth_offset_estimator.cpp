@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/grey_image.hpp"
 
 namespace dynfilter {
 namespace {
@@ -152,8 +153,7 @@ void DepthOffsetEstimator::find_edges(const FrameView& frame, Edges& edges) {
   const int shrink = std::max(1, std::min(frame.image.cols / work_width, frame.image.rows));
   const cv::Size size(frame.image.cols / shrink, frame.image.rows / shrink);
   cv::resize(frame.image, small_, size, 0, 0, cv::INTER_AREA);
-  if (small_.channels() == 3) cv::cvtColor(small_, small_, cv::COLOR_BGR2GRAY);
-  cv::Canny(small_, canny_, canny_low, canny_high);
+  cv::Canny(detail::grey_of(small_, small_), canny_, canny_low, canny_high);
   cv::bitwise_not(canny_, canny_);
   cv::distanceTransform(canny_, edges.distance, cv::DIST_L2, cv::DIST_MASK_3);
   edges.depth.clear();

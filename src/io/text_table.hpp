@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "dynfilter/detail/number_text.hpp"
+#include "dynfilter/detail/quantile.hpp"
 #include "io/file_error.hpp"
 
 namespace dynfilter::detail {
@@ -36,9 +37,7 @@ inline bool are_too_far_apart(const std::vector<double>& times) {
   if (times.size() < 3) return false;
   std::vector<double> gaps;
   for (std::size_t i = 1; i < times.size(); ++i) gaps.push_back(std::abs(times[i] - times[i - 1]));
-  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
-  std::nth_element(gaps.begin(), middle, gaps.end());
-  return *middle > max_gap_s;
+  return quantile_of(gaps) > max_gap_s;
 }
 
 constexpr const char* far_apart_text = "its times are hours apart: nanoseconds? want seconds";

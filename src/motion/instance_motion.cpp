@@ -6,28 +6,23 @@
 #include <algorithm>
 #include <utility>
 
+#include "dynfilter/detail/rectangles.hpp"
+
 namespace dynfilter::detail {
 namespace {
 
-// An instance moves if more than this share of its tracked features do, and so many of them.
+// An instance moves if more than this share of its tracked features do, and so many of them. Larger
+// ones miss a person of whom little moves.
 constexpr double min_moving_share = 0.3;
 constexpr std::size_t min_moving = 3;
-constexpr int settled_moving_frames = 3;  // in a row, after which it moves for sure
-constexpr int cancelled_frames = 3;       // quiet ones, by one that is not
-constexpr int spare_frames = 4;           // quiet ones beyond those needed that count
-constexpr double min_iou = 0.3;           // of the boxes of the same object
-
-/// Returns how well an instance may be a known one: 0, not at all; the overlap of the boxes; 2, by
-/// its track_id, before any overlap.
-template <class Known>
-double match_of(const Instance& instance, const Known& known) {
-  if (known.is_taken) return 0;
-  if (instance.track_id && known.track_id) return *instance.track_id == *known.track_id ? 2 : 0;
-  if (instance.class_id != known.class_id) return 0;
-  const double both = (cv::Rect2d(instance.box) & cv::Rect2d(known.box)).area();
-  const double either = cv::Rect2d(instance.box).area() + cv::Rect2d(known.box).area() - both;
-  return either > 0 && both >= min_iou * either ? both / either : 0;
-}
+/// After so many moving frames in a row it moves for sure. More of them delay a host's map.
+constexpr int settled_moving_frames = 3;
+/// A frame that is not quiet cancels so many quiet ones. More of them forget a person who sits.
+constexpr int cancelled_frames = 3;
+/// So many quiet frames beyond those needed count. More of them keep one who stands up for longer.
+constexpr int spare_frames = 4;
+/// Boxes of the same object overlap by at least this. A larger one loses those that move fast.
+constexpr double min_iou = 0.3;
 
 }  // namespace
 
@@ -37,31 +32,27 @@ void InstanceMotion::begin_frame(const Segmentation& segmentation) {
   for (const Instance& instance : segmentation.instances) {
     known_.push_back({instance.class_id, instance.box, instance.track_id});
   }
-  while (true) {
-    double best = 0;
-    Known* found = nullptr;
-    Known* match = nullptr;
-    for (std::size_t k = 0; k < known_.size(); ++k) {
-      if (known_[k].is_matched) continue;
-      for (Known& earlier : last_) {
-        const double overlap = match_of(segmentation.instances[k], earlier);
-        if (!(overlap > best)) continue;
-        best = overlap;
-        found = &known_[k];
-        match = &earlier;
-      }
-    }
-    if (!found) break;
-    found->is_matched = true;
-    found->quiet_frames = match->quiet_frames;
-    found->moving_frames = match->moving_frames;
-    found->was_still = match->is_still;
-    match->is_taken = true;
+  const auto& partners =
+      pairs_.find(known_.size(), last_.size(), [&](std::size_t i, std::size_t k) {
+        const Object &now = known_[i], &last = last_[k];
+        constexpr double before_any_overlap = 2;
+        if (now.track_id && last.track_id)
+          return now.track_id == last.track_id ? before_any_overlap : 0;
+        if (now.class_id != last.class_id) return 0.0;
+        const double iou = intersection_over_union(now.box, last.box);
+        return iou >= min_iou ? iou : 0;
+      });
+  for (std::size_t i = 0; i < known_.size(); ++i) {
+    if (!partners[i]) continue;
+    const Object& last = last_[*partners[i]];
+    known_[i].quiet_frames = last.quiet_frames;
+    known_[i].moving_frames = last.moving_frames;
+    known_[i].was_still = last.is_still;
   }
 }
 
 InstanceVerdict InstanceMotion::judge(std::size_t k, const std::optional<InstanceVotes>& votes) {
-  Known& known = known_.at(k);
+  Object& known = known_.at(k);
   int& quiet_frames = known.quiet_frames;
   const bool is_moving =
       votes && votes->moving >= min_moving &&
@@ -82,7 +73,7 @@ InstanceVerdict InstanceMotion::judge(std::size_t k, const std::optional<Instanc
 }
 
 bool InstanceMotion::is_settled(std::size_t k) const {
-  const Known& known = known_.at(k);
+  const Object& known = known_.at(k);
   const bool stays_still = known.is_still && known.quiet_frames >= still_frames_ + cancelled_frames;
   return stays_still || known.moving_frames >= settled_moving_frames;
 }

@@ -9,6 +9,7 @@
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/detail/best_pairs.hpp"
 #include "dynfilter/segmentation.hpp"
 #include "dynfilter/statistics.hpp"
 
@@ -34,7 +35,7 @@ class InstanceMotion {
 
   /// Begins a frame: matches its instances to those of the last frame, by track_id where both have
   /// one, otherwise to those of their class by the overlap of boxes, the largest first. Instances
-  /// that are missing are forgotten. O(instances^3).
+  /// that are missing are forgotten. O(instances² log instances).
   void begin_frame(const Segmentation& segmentation);
 
   /// Returns the verdict on instance k of the frame, once a frame, from its votes. None = nothing
@@ -55,20 +56,19 @@ class InstanceMotion {
   void clear() { known_.clear(); }
 
  private:
-  struct Known {
+  struct Object {
     int class_id;
     cv::Rect box;
     std::optional<int> track_id;
     int quiet_frames = 0;
-    int moving_frames = 0;    // in a row
-    bool was_still = false;   // by the verdict of the last frame
-    bool is_still = false;    // by that of this frame
-    bool is_matched = false;  // to one of the last frame
-    bool is_taken = false;    // by one of the next frame
+    int moving_frames = 0;   // in a row
+    bool was_still = false;  // by the verdict of the last frame
+    bool is_still = false;   // by that of this frame
   };
 
   int still_frames_;
-  std::vector<Known> known_, last_;
+  std::vector<Object> known_, last_;
+  BestPairs pairs_;
 };
 
 }  // namespace dynfilter::detail

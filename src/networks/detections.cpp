@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/rectangles.hpp"
 
 namespace dynfilter::detail {
 
@@ -29,26 +30,21 @@ void FiniteScores::require_some(int rows) const {
       "none of its scores is a finite number (NaN or infinity); its weights may be damaged");
 }
 
-float intersection_over_union(const Box& a, const Box& b) {
-  const auto area = [](const Box& box) { return (box.x2 - box.x1) * (box.y2 - box.y1); };
-  const float width = std::min(a.x2, b.x2) - std::max(a.x1, b.x1);
-  const float height = std::min(a.y2, b.y2) - std::max(a.y1, b.y1);
-  const float common = std::max(width, 0.0F) * std::max(height, 0.0F);
-  const float joint = area(a) + area(b) - common;
-  return joint > 0 ? common / joint : 0.0F;
-}
-
 std::vector<Detection> best_detections(std::vector<Detection> found,
                                        const DetectionOptions& options, bool suppresses) {
   std::stable_sort(found.begin(), found.end(), [](const Detection& a, const Detection& b) {
     return std::make_pair(-a.score, a.class_id) < std::make_pair(-b.score, b.class_id);
   });
+  const auto rectangle_of = [](const Box& box) {
+    return cv::Rect2d(cv::Point2d(box.x1, box.y1), cv::Point2d(box.x2, box.y2));
+  };
   std::vector<Detection> kept;
   for (Detection& one : found) {
     if (kept.size() == static_cast<std::size_t>(options.max_detections)) break;
     const auto overlaps = [&](const Detection& better) {
       return better.class_id == one.class_id &&
-             intersection_over_union(better.box, one.box) > options.iou_threshold;
+             intersection_over_union(rectangle_of(better.box), rectangle_of(one.box)) >
+                 double{options.iou_threshold};
     };
     if (suppresses && std::any_of(kept.begin(), kept.end(), overlaps)) continue;
     kept.push_back(std::move(one));

@@ -58,9 +58,6 @@ class FiniteScores {
   bool has_any_ = false;
 };
 
-/// Returns the boxes' common area divided by their joint area; 0 if neither has an area.
-float intersection_over_union(const Box& a, const Box& b);
-
 /// Sorts by score, the highest first; equal scores by class, then as they came. Drops a detection
 /// whose box overlaps a better one of its class by more than the threshold (not if `suppresses` is
 /// false), and all beyond max_detections. O(n²).

@@ -43,13 +43,6 @@ inline cv::Mat in_bgr(const cv::Mat& image, bool is_rgb) {
   return bgr;
 }
 
-/// Returns an image of in_bgr in grey, in `memory` if it was not grey.
-inline cv::Mat in_grey(const cv::Mat& bgr, cv::Mat& memory) {
-  if (bgr.channels() == 1) return bgr;
-  cv::cvtColor(bgr, memory, cv::COLOR_BGR2GRAY);
-  return memory;
-}
-
 /// What a host hands over to be shortened. A pointer that is null stands for a column that it does
 /// not have.
 struct HostColumns {

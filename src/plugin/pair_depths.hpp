@@ -9,6 +9,7 @@
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/detail/grey_image.hpp"
 #include "dynfilter/detail/quantile.hpp"
 #include "dynfilter/mask_culler.hpp"
 #include "plugin/host_input.hpp"
@@ -38,7 +39,8 @@ class PairDepths {
     if (areas_.empty()) return;
     const double product = focal_baseline(features, depths_m, right_x);
     if (!(product > 0)) return;
-    const StereoPair pair{in_grey(frame.image, left_grey_), in_grey(right, right_grey_), product};
+    const StereoPair pair{detail::grey_of(frame.image, left_grey_),
+                          detail::grey_of(right, right_grey_), product};
     host_depths_m_ = depths_m;
     stereo_.find(pair, features, areas_, depths_m, workspace);
     // The host may have matched what is nearer than min_depth_m, or at the image's edge.

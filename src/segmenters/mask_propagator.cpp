@@ -14,7 +14,9 @@
 #include <utility>
 #include <vector>
 
+#include "dynfilter/detail/best_pairs.hpp"
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/rectangles.hpp"
 #include "propagation/point_flow.hpp"
 #include "propagation/tracked_instance.hpp"
 
@@ -59,12 +61,6 @@ struct Known {
   bool came_with_id = false;
   int missed = 0;
 };
-
-/// Returns the intersection over union; 0 if both are empty.
-double box_overlap(const cv::Rect2d& a, const cv::Rect2d& b) {
-  const double both = (a & b).area();
-  return both > 0 ? both / (a.area() + b.area() - both) : 0;
-}
 
 using Steps = std::deque<detail::FlowStep>;
 
@@ -217,24 +213,22 @@ struct MaskPropagator::State {
   /// one with its track_id or else, of those of its class without one, that with the largest
   /// overlap of boxes. Of equal overlaps, the lower index wins, the result's first.
   std::vector<Known*> matches(const Segmentation& result, double step_time_s) {
-    std::vector<Known*> match(result.instances.size(), nullptr);
-    std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;  // by -overlap
-    for (std::size_t i = 0; i < result.instances.size(); ++i) {
+    const auto likeness = [&](std::size_t i, std::size_t k) {
       const Instance& instance = result.instances[i];
-      for (std::size_t k = 0; k < known.size(); ++k) {
-        if (instance.track_id || known[k].came_with_id) {
-          if (known[k].came_with_id && instance.track_id == known[k].track_id) match[i] = &known[k];
-        } else if (instance.class_id == known[k].instance.class_id()) {
-          const double iou =
-              box_overlap(cv::Rect2d(instance.box), known[k].instance.box_at(step_time_s));
-          if (iou >= min_iou) pairs.emplace_back(-iou, i, k);
-        }
+      constexpr double before_any_overlap = 2;
+      if (instance.track_id || known[k].came_with_id) {
+        const bool is_it = known[k].came_with_id && instance.track_id == known[k].track_id;
+        return is_it ? before_any_overlap : 0;
       }
-    }
-    std::sort(pairs.begin(), pairs.end());
-    for (const auto& [negative, i, k] : pairs) {
-      const bool is_taken = std::find(match.begin(), match.end(), &known[k]) != match.end();
-      if (match[i] == nullptr && !is_taken) match[i] = &known[k];
+      if (instance.class_id != known[k].instance.class_id()) return 0.0;
+      const double iou =
+          detail::intersection_over_union(instance.box, known[k].instance.box_at(step_time_s));
+      return iou >= min_iou ? iou : 0;
+    };
+    std::vector<Known*> match;
+    detail::BestPairs pairs;
+    for (const auto& k : pairs.find(result.instances.size(), known.size(), likeness)) {
+      match.push_back(k ? &known[*k] : nullptr);
     }
     return match;
   }

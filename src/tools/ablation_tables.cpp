@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "dynfilter/detail/number_text.hpp"
+#include "dynfilter/detail/quantile.hpp"
 #include "dynfilter/evaluation/trajectory_errors.hpp"
 #include "rule_set.hpp"
 #include "run_record.hpp"
@@ -59,12 +60,6 @@ std::vector<Group> grouped(const std::vector<RunRecord>& all) {
   return groups;
 }
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t middle = values.size() / 2;
-  return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
-}
-
 /// Returns the figure of the runs that have it.
 std::vector<double> values_of(const Runs& runs, const Figure& figure) {
   std::vector<double> values;
@@ -76,7 +71,7 @@ std::vector<double> values_of(const Runs& runs, const Figure& figure) {
 
 /// Formats the median; a dash if there is no value.
 std::string median_text(const std::vector<double>& values, int decimals) {
-  return values.empty() ? "-" : fixed_decimals(median(values), decimals);
+  return values.empty() ? "-" : fixed_decimals(detail::median_of(values), decimals);
 }
 
 /// Formats "median (min..max)".
@@ -180,9 +175,11 @@ Table paper_table(const std::vector<Group>& groups) {
     const std::vector<double> y = values_of(group.under("mask"), ate_m);
     const std::vector<double> y_d = values_of(group.under("paper"), ate_m);
     if (y.empty() || y_d.empty()) continue;
-    const double baseline = median(y);  // of the paper's eq. (2)
+    const double baseline = detail::median_of(y);  // of the paper's eq. (2)
     const std::string improvement =
-        baseline > 0 ? fixed_decimals((baseline - median(y_d)) / baseline * 100, 1) + " %" : "-";
+        baseline > 0
+            ? fixed_decimals((baseline - detail::median_of(y_d)) / baseline * 100, 1) + " %"
+            : "-";
     table.rows.push_back({group.name, median_text(y, 4), median_text(y_d, 4), improvement});
   }
   return table;

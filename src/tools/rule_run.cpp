@@ -7,8 +7,8 @@
 #include <utility>
 
 #include <opencv2/core/utility.hpp>
-#include <opencv2/imgproc.hpp>
 
+#include "dynfilter/detail/grey_image.hpp"
 #include "dynfilter/evaluation/feature_scores.hpp"
 
 namespace dynfilter::tools {
@@ -78,9 +78,8 @@ TrajectoryRecord errors_of(const Trajectory& estimate, const Trajectory& truth) 
 
 ExtractedFeatures extract_features(const odometry::OrbExtractor& extractor, const cv::Mat& image) {
   ExtractedFeatures features;
-  cv::Mat grey;
-  cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
-  extractor.extract(grey, features.keypoints, features.descriptors);
+  cv::Mat memory;
+  extractor.extract(detail::grey_of(image, memory), features.keypoints, features.descriptors);
   return features;
 }
 

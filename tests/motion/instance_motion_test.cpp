@@ -3,6 +3,8 @@
 
 #include "motion/instance_motion.hpp"
 
+#include <ctime>
+
 #include "support/test.hpp"
 
 namespace dynfilter::detail {
@@ -62,6 +64,22 @@ TEST(InstanceMotion, IsSettledWhereItStaysOrKeepsMoving) {
   EXPECT_FALSE(instances.is_settled(0));
   instances.begin_frame(at({there_box}));
   EXPECT_FALSE(instances.is_settled(0)) << "it is another one";
+}
+
+/// Two thousand took 40 s when each pair was sought among all that were left.
+TEST(InstanceMotion, MatchesThousandsOfInstancesInTime) {
+  std::vector<cv::Rect> boxes;
+  for (int k = 0; k < 2000; ++k) boxes.emplace_back(10 * (k % 50), 10 * (k / 50), 12, 12);
+  InstanceMotion instances(1);
+  const std::clock_t begin = std::clock();
+  for (int frame = 0; frame < 2; ++frame) {
+    instances.begin_frame(at(boxes));
+    for (std::size_t k = 0; k < boxes.size(); ++k) {
+      EXPECT_EQ(instances.was_still(k), frame == 1 && k % 2 == 0);
+      instances.judge(k, k % 2 == 0 ? quiet_votes : moving_votes);
+    }
+  }
+  EXPECT_LT((std::clock() - begin) / CLOCKS_PER_SEC, 5);
 }
 
 /// A neighbour that is gone, whose box overlaps, does not pass its motion on.

@@ -25,6 +25,18 @@ Value quantile_of(std::vector<Value>& values, double share = 0.5) {
   return *place;
 }
 
+/// Returns the median of sorted values; the mean of the middle two if their number is even.
+inline double median_of_sorted(const std::vector<double>& sorted) {
+  const std::size_t middle = sorted.size() / 2;
+  return sorted.size() % 2 == 1 ? sorted[middle] : (sorted[middle - 1] + sorted[middle]) / 2;
+}
+
+/// Returns the median of values as median_of_sorted. O(n log n).
+inline double median_of(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return median_of_sorted(values);
+}
+
 }  // namespace dynfilter::detail
 
 #endif  // DYNFILTER_DETAIL_QUANTILE_HPP

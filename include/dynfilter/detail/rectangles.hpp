@@ -68,6 +68,12 @@ inline cv::Rect clip(const cv::Rect& rectangle, const cv::Size& image) {
   return clip_grown(rectangle, 0, 0, image);
 }
 
+/// Returns the intersection of two boxes over their union; 0 if they do not meet.
+inline double intersection_over_union(const cv::Rect2d& a, const cv::Rect2d& b) {
+  const double both = (a & b).area();
+  return both > 0 ? both / (a.area() + b.area() - both) : 0;
+}
+
 /// Returns a - b, modulo 2^32 if the difference does not fit into int.
 inline cv::Point wrapping_difference(cv::Point a, cv::Point b) {
   const auto difference = [](int minuend, int subtrahend) {

@@ -18,6 +18,7 @@
 #include <Eigen/SVD>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/quantile.hpp"
 #include "dynfilter/detail/rotation.hpp"
 #include "dynfilter/evaluation/association.hpp"
 #include "dynfilter/evaluation/trajectory.hpp"
@@ -56,10 +57,8 @@ inline ErrorSummary summarise_errors(std::vector<double> errors) {
   for (const double error : errors) {
     variance += (error - summary.mean) * (error - summary.mean) / count;
   }
-  const std::size_t middle = errors.size() / 2;
   summary.rmse = std::sqrt(squares);
-  summary.median =
-      errors.size() % 2 == 1 ? errors[middle] : (errors[middle - 1] + errors[middle]) / 2;
+  summary.median = detail::median_of_sorted(errors);
   summary.standard_deviation = std::sqrt(variance);
   summary.min_error = errors.front();
   summary.max_error = errors.back();

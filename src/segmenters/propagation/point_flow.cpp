@@ -10,6 +10,8 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
+#include "dynfilter/detail/grey_image.hpp"
+
 namespace dynfilter::detail {
 namespace {
 
@@ -27,13 +29,6 @@ const cv::Size window(9, 9);
 constexpr int levels = 3;
 constexpr double min_eigenvalue = 1e-4;
 const cv::TermCriteria criteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 5, 0.03);
-
-cv::Mat grey_of(const cv::Mat& image) {
-  if (image.channels() == 1) return image;
-  cv::Mat grey;
-  cv::cvtColor(image, grey, image.channels() == 3 ? cv::COLOR_BGR2GRAY : cv::COLOR_BGRA2GRAY);
-  return grey;
-}
 
 void follow(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to,
             const std::vector<cv::Point2f>& points, std::vector<cv::Point2f>& found,
@@ -82,7 +77,8 @@ void PointFlow::build_pyramid(const cv::Mat& image) {
   if (size.width < 2 * window.width || size.height < 2 * window.height) return;
   scale_ = {static_cast<float>(image.cols) / static_cast<float>(size.width),
             static_cast<float>(image.rows) / static_cast<float>(size.height)};
-  const cv::Mat grey = grey_of(image);
+  cv::Mat memory;
+  const cv::Mat grey = grey_of(image, memory);
   if (size == grey.size()) {
     work_ = grey.clone();
   } else {
