@@ -54,7 +54,7 @@ void LocalMap::add_observation(PointId id, KeyframeId keyframe, std::size_t feat
   point.observations.emplace_back(keyframe, feature);
   point.descriptor = observer.features[feature].descriptor;
   point.octave = observer.features[feature].octave;
-  const Eigen::Vector3d ray = point.position - observer.pose.centre();
+  const Eigen::Vector3d ray = point.position - centre_of(observer.pose);
   point.distance_m = ray.norm();
   point.view = ray / point.distance_m;
 }

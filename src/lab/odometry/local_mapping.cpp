@@ -27,7 +27,7 @@ struct PointEquations {
   std::vector<std::pair<std::size_t, MixedBlock>> mixed;  // pose, block
 };
 
-struct NormalEquations {
+struct BundleEquations {
   Eigen::MatrixXd poses;
   Eigen::VectorXd gradient;
   std::vector<PointEquations> points;
@@ -49,13 +49,13 @@ double total_cost(const DisparityCamera& camera, const Bundle& bundle) {
 }
 
 void add_observation(const DisparityCamera& camera, const Bundle& bundle,
-                     const BundleObservation& seen, NormalEquations& equations) {
+                     const BundleObservation& seen, BundleEquations& equations) {
   const Pose& pose = bundle.poses[seen.keyframe];
   const Eigen::Vector3d point = pose * bundle.points[seen.point];
   const Eigen::Vector3d residuals = residual(camera, seen.observation, point);
   const double weight = cost_of(seen, residuals).weight;
   const Eigen::Matrix3d by_camera_point = point_jacobian(camera, seen.observation, point);
-  const Eigen::Matrix3d by_point = by_camera_point * pose.rotation;
+  const Eigen::Matrix3d by_point = by_camera_point * rotation_of(pose);
   PointEquations& own = equations.points[seen.point];
   own.hessian += weight * by_point.transpose() * by_point;
   own.gradient += weight * by_point.transpose() * residuals;
@@ -67,9 +67,9 @@ void add_observation(const DisparityCamera& camera, const Bundle& bundle,
   own.mixed.emplace_back(seen.keyframe, weight * by_pose.transpose() * by_point);
 }
 
-NormalEquations linearise(const DisparityCamera& camera, const Bundle& bundle) {
+BundleEquations linearise(const DisparityCamera& camera, const Bundle& bundle) {
   const auto size = static_cast<Eigen::Index>(6 * bundle.free_poses);
-  NormalEquations equations{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size),
+  BundleEquations equations{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size),
                             std::vector<PointEquations>(bundle.points.size())};
   for (const BundleObservation& seen : bundle.observations) {
     if (seen.is_inlier) add_observation(camera, bundle, seen, equations);
@@ -85,7 +85,7 @@ Eigen::Matrix3d damped_inverse(const PointEquations& point, double damping) {
 }
 
 /// Solves for the step of the free poses, with the points eliminated.
-Eigen::VectorXd solve_poses(const NormalEquations& equations, double damping) {
+Eigen::VectorXd solve_poses(const BundleEquations& equations, double damping) {
   Eigen::MatrixXd reduced = equations.poses;
   Eigen::VectorXd gradient = equations.gradient;
   reduced.diagonal() *= 1 + damping;
@@ -104,7 +104,7 @@ Eigen::VectorXd solve_poses(const NormalEquations& equations, double damping) {
   return -reduced.ldlt().solve(gradient);
 }
 
-Bundle stepped(const Bundle& bundle, const NormalEquations& equations, double damping) {
+Bundle stepped(const Bundle& bundle, const BundleEquations& equations, double damping) {
   Bundle result = bundle;
   const Eigen::VectorXd step = solve_poses(equations, damping);
   for (std::size_t i = 0; i < bundle.free_poses; ++i) {

@@ -107,7 +107,7 @@ std::optional<Expectation> expect(const MapPoint& point, const DisparityCamera& 
   const double distance_m = seen.norm();
   const double ratio = distance_m / point.distance_m;
   if (ratio > max_distance_ratio || ratio < 1 / max_distance_ratio) return {};
-  const Eigen::Vector3d ray = point.position - pose.centre();
+  const Eigen::Vector3d ray = point.position - centre_of(pose);
   if (ray.dot(point.view) < min_cosine * distance_m) return {};
   const int octave = expected_octave(point, distance_m);
   return Expectation{projected.head<2>(), octave, radius_px * octave_scale(octave)};

@@ -39,17 +39,6 @@ void require_descriptors(const cv::Mat& descriptors, std::size_t features) {
       " features; want a CV_8UC1 row of 32 bytes a feature");
 }
 
-dynfilter::TimedPose timed(double timestamp_s, const Pose& pose) {
-  dynfilter::TimedPose timed{{}, timestamp_s};  // camera to world
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
-      timed.rotation(row, column) = pose.rotation(column, row);
-    }
-    timed.translation[row] = pose.centre()[row];
-  }
-  return timed;
-}
-
 }  // namespace
 
 FrameResult Odometry::track(const dynfilter::FrameView& frame,
@@ -200,7 +189,7 @@ FrameResult Odometry::finish(double timestamp_s, Tracking tracking, FrameResult 
   }
   const bool is_lost = result.tracked == Tracked::lost;
   lost_frames_ += is_lost ? 1U : 0U;
-  result.pose = timed(timestamp_s, tracking.pose);
+  result.pose = {tracking.pose.inverse(), timestamp_s};
   // Predictions must not build on predictions: a lost camera stands still.
   motion_ = is_lost || last_.features.size() == 0 ? Pose() : tracking.pose * last_.pose.inverse();
   ++frames_since_keyframe_;

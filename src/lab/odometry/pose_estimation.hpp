@@ -12,28 +12,28 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <dynfilter/camera.hpp>
+#include <dynfilter/pose.hpp>
 #include <opencv2/core.hpp>
 
 namespace odometry {
 
-/// The world in the camera's frame: point_camera = rotation * point_world + translation.
-struct Pose {
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();  ///< metres
+/// The world in the camera's frame: point_camera = pose * point_world.
+using dynfilter::Pose;
 
-  Eigen::Vector3d operator*(const Eigen::Vector3d& point) const {
-    return rotation * point + translation;
-  }
+using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-  Pose operator*(const Pose& other) const {
-    return {rotation * other.rotation, rotation * other.translation + translation};
-  }
+inline Eigen::Map<const RowMajor> rotation_of(const Pose& pose) {
+  return Eigen::Map<const RowMajor>(pose.rotation.val);
+}
 
-  Pose inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation)}; }
+inline Eigen::Vector3d operator*(const Pose& pose, const Eigen::Vector3d& point) {
+  return rotation_of(pose) * point + Eigen::Map<const Eigen::Vector3d>(pose.translation.val);
+}
 
-  /// Returns the camera's centre in the world.
-  Eigen::Vector3d centre() const { return -(rotation.transpose() * translation); }
-};
+/// Returns the camera's centre in the world.
+inline Eigen::Vector3d centre_of(const Pose& pose) {
+  return Eigen::Vector3d(pose.inverse().translation.val);
+}
 
 /// A small motion of the camera: a rotation vector (rad), then a translation (m).
 using Twist = Eigen::Matrix<double, 6, 1>;
@@ -52,9 +52,12 @@ inline Pose moved(const Pose& pose, const Twist& step) {
   const double angle = axis.norm();
   Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
   if (angle > 0) turn = Eigen::AngleAxisd(angle, axis / angle);
-  const Eigen::Quaterniond rotation = turn * Eigen::Quaterniond(pose.rotation);
-  return {rotation.normalized().toRotationMatrix(),
-          turn * pose.translation + Eigen::Vector3d(step.tail<3>())};
+  const Eigen::Quaterniond rotation = turn * Eigen::Quaterniond(RowMajor(rotation_of(pose)));
+  Pose result;
+  Eigen::Map<RowMajor>(result.rotation.val) = rotation.normalized().toRotationMatrix();
+  Eigen::Map<Eigen::Vector3d>(result.translation.val) =
+      turn * Eigen::Vector3d(pose.translation.val) + Eigen::Vector3d(step.tail<3>());
+  return result;
 }
 
 /// A camera whose depth counts as the disparity of a stereo pair, for ideal pixels. A

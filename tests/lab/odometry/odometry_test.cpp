@@ -168,9 +168,9 @@ TEST(PoseRefinement, JacobianIsTheDerivativeOfTheResidual) {
 TEST(PoseRefinement, FindsThePoseAndTheOutliers) {
   std::vector<PointMatch> matches = exact_matches(test_pose(), 100, 15);
   Pose pose = test_pose();
-  pose.translation.x() += 0.02;
+  pose.translation[0] += 0.02;
   EXPECT_EQ(refine_pose(test_camera(), pose, matches), 85U);
-  EXPECT_LT((pose.translation - test_pose().translation).norm(), 1e-6);
+  EXPECT_LT(cv::norm(pose.translation - test_pose().translation), 1e-6);
   EXPECT_FALSE(matches[0].is_inlier);
   EXPECT_TRUE(matches[99].is_inlier);
 }
@@ -181,7 +181,7 @@ TEST(PoseRefinement, LeavesInliersInFrontOfTheCamera) {
   std::vector<PointMatch> matches(61);
   std::mt19937_64 random(4);
   Pose beyond;
-  beyond.translation.z() = -0.3;
+  beyond.translation[2] = -0.3;
   for (PointMatch& match : matches) {
     match.observation.pixel = {draw(random, 0, 640), draw(random, 0, 480)};
     match.point =
@@ -192,15 +192,15 @@ TEST(PoseRefinement, LeavesInliersInFrontOfTheCamera) {
   Pose pose;
   refine_pose(camera, pose, matches);
   EXPECT_TRUE(matches[0].is_inlier);
-  EXPECT_LT(pose.translation.z(), 0) << "it moves, but not so far";
-  EXPECT_GT(pose.translation.z(), -0.2);
+  EXPECT_LT(pose.translation[2], 0) << "it moves, but not so far";
+  EXPECT_GT(pose.translation[2], -0.2);
 }
 
 TEST(PnpRansac, FindsThePoseAmongHalfOutliersWithoutAGuess) {
   std::vector<PointMatch> matches = exact_matches(test_pose(), 80, 40);
   const auto pose = pnp_ransac(test_camera(), matches, 20, 1);
   ASSERT_TRUE(pose.has_value());
-  EXPECT_LT((pose->translation - test_pose().translation).norm(), 1e-3);
+  EXPECT_LT(cv::norm(pose->translation - test_pose().translation), 1e-3);
   EXPECT_FALSE(pnp_ransac(test_camera(), matches, 60, 1).has_value());
 }
 
@@ -220,9 +220,9 @@ TEST(BundleAdjustment, RecoversPosesAndPoints) {
     }
     bundle.points.push_back(match.point + Eigen::Vector3d(0.004, -0.003, 0.01));
   }
-  bundle.poses[0].translation.y() += 0.01;
+  bundle.poses[0].translation[1] += 0.01;
   adjust_bundle(camera, bundle);
-  EXPECT_LT((bundle.poses[0].translation - test_pose().translation).norm(), 1e-5);
+  EXPECT_LT(cv::norm(bundle.poses[0].translation - test_pose().translation), 1e-5);
   EXPECT_LT((bundle.points[30] - matches[30].point).norm(), 1e-4);
 }
 
@@ -277,7 +277,8 @@ TEST(MakeFeatures, UndoesTheDistortion) {
   const std::vector<cv::KeyPoint> keypoints = {{500, 400, 7}};
   const cv::Mat descriptors(1, 32, CV_8UC1, cv::Scalar(0));
   const dynfilter::Camera lens{500, 500, 320, 240, 0.1};
-  const auto& seen = make_features(frame, keypoints, descriptors, lens, {10, 1})[0].observation;
+  const Observation seen =
+      make_features(frame, keypoints, descriptors, lens, {10, 1})[0].observation;
   const cv::Point2d ideal = *lens.undistort({500, 400});
   EXPECT_EQ(seen.pixel, Eigen::Vector2d(ideal.x, ideal.y));
 }
