@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Uses the filter inside a tracker: made once, called on every frame right after feature
-// extraction.
+// Uses the filter inside an RGB-D tracker: made once, called on every frame in order, right after
+// feature extraction.
 
 #include <dynfilter/dynfilter.hpp>
+#include <dynfilter/motion/motion_filter.hpp>
 #include <dynfilter/segmenters/mask_folder_segmenter.hpp>
 #include <opencv2/features2d.hpp>
 
@@ -15,14 +16,16 @@ class Tracker {
     cv::Mat descriptors;
     orb_->detectAndCompute(image, cv::noArray(), keypoints, descriptors);
     const dynfilter::FrameView frame{id, timestamp_s, image, depth, 1.0 / 5000};
-    const auto labels = filter_.apply(frame, people_.segment(frame), keypoints);
-    dynfilter::keep_static(labels, keypoints, descriptors);
+    filter_.apply(frame, people_.segment(frame), keypoints, labels_, workspace_);
+    dynfilter::keep_static(labels_, keypoints, descriptors);
   }
 
  private:
   cv::Ptr<cv::ORB> orb_ = cv::ORB::create(1000);
   dynfilter::MaskFolderSegmenter people_{"masks"};
-  dynfilter::DynamicFilter filter_;
+  dynfilter::MotionFilter filter_{{535.4, 539.2, 320.1, 247.6}};  // fx, fy, cx, cy
+  dynfilter::FeatureLabels labels_;
+  dynfilter::Workspace workspace_;  // memory for the next frame
 };
 
 int main() {

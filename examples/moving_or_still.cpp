@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: MIT
 
 // Filters a recorded sequence (TUM RGB-D or BONN layout) by masks, depth and motion: features that
-// move go, with or without a mask, and those of people who stand still come back. Masks come from
+// move go, with or without a mask, and those of people who stand still are kept. Masks come from
 // SEQUENCE/masks; without that folder, motion decides alone.
 //
 //     moving_or_still SEQUENCE [DEPTH_OFFSET_S]
 //
-// Prints what was removed and given back in all, and with which frame a map should begin.
+// Prints what was removed and kept in all, and with which frame a map should begin.
 
 #include <cstddef>
 #include <cstdio>
@@ -35,7 +35,7 @@ int run(const char* folder, std::optional<double> depth_offset_s) {
   dynfilter::FeatureLabels labels;
   dynfilter::Workspace workspace;
   const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
-  std::size_t kept = 0, moving = 0, given_back = 0, judged = 0;
+  std::size_t kept = 0, moving = 0, kept_still = 0, judged = 0;
   std::optional<std::size_t> map_begin;  // frame
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const dynfilter::FrameView frame = sequence.read(i);
@@ -49,7 +49,7 @@ int run(const char* folder, std::optional<double> depth_offset_s) {
 
     const dynfilter::MotionStatistics& motion = labels.statistics().motion;
     moving += labels.statistics().moving;
-    given_back += motion.given_back;
+    kept_still += motion.kept_still;
     judged += motion.outcome == dynfilter::MotionOutcome::applied ? 1 : 0;
     // A host without a map waits here, for 15 frames at most: until motion is decided, the features
     // of people who stand still are missing. Nothing decides it without masks.
@@ -58,8 +58,8 @@ int run(const char* folder, std::optional<double> depth_offset_s) {
   }
   std::printf(
       "%zu frames, motion judged in %zu: %zu features kept, %zu removed because they move, "
-      "%zu given back because they are still; a map should begin with frame %zu\n",
-      sequence.size(), judged, kept, moving, given_back, map_begin.value_or(sequence.size()));
+      "%zu kept because they are still; a map should begin with frame %zu\n",
+      sequence.size(), judged, kept, moving, kept_still, map_begin.value_or(sequence.size()));
   return 0;
 }
 

@@ -50,8 +50,8 @@ class LockedFilter {
 void bind_motion(py::module_& module) {
   py::class_<LockedFilter> filter(
       module, "MotionFilter",
-      R"(DynamicFilter with motion evidence: masks and depth say what may be dynamic, motion says
-what is.
+      R"(DynamicFilter with motion evidence, for frames in order with depth and a camera: masks and
+depth say what may be dynamic, motion says what is.
 
     filter = dynfilter.MotionFilter(camera)  # one for each camera
     labels = filter.apply(frame, masks, points)  # every frame, in order
