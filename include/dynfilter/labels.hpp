@@ -22,7 +22,7 @@ enum class Reason : std::uint8_t {
   untouched,    ///< kept; no stage removed it
   in_mask,      ///< on the mask of a dynamic object, or on the static mask (instance -1)
   compensated,  ///< an edge feature that the mask missed
-  restored,     ///< removed by one stage and given back by a later one
+  restored,     ///< removed by one stage and kept by a later one
   moving,       ///< it moves, whatever it belongs to
   still,        ///< kept though on the mask of an object, which stands still: no landmark for long
   custom = 128  ///< removed by a stage of your own; cast 129 to 255 for further reasons

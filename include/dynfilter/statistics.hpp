@@ -62,7 +62,7 @@ struct MotionStatistics {
   std::size_t tracked = 0;                         ///< features that were found in the last frame
   std::size_t candidates = 0;  ///< features that look as if they move, by track, depth or image
   std::size_t supported = 0;   ///< candidates whose neighbours move, too
-  std::size_t given_back = 0;  ///< features given back because they do not move
+  std::size_t kept_still = 0;  ///< removed before, and kept because they do not move
   /// Dynamic objects that matter and of which it is not known for sure whether they move: a single
   /// frame could change the verdict. An object matters if masks and compensation took more than a
   /// twentieth of the frame's features for it.
@@ -93,7 +93,7 @@ struct InstanceStatistics {
   double depth_shift_px = 0.0;
   std::size_t mask_gap_places = 0;  ///< places that these were measured at; 0: they are not known
   InstanceVerdict verdict = InstanceVerdict::not_judged;  ///< whether it moves
-  std::size_t given_back = 0;  ///< features given back because they do not move
+  std::size_t kept_still = 0;  ///< removed before, and kept because they do not move
   ValueRange code_range;       ///< range of D-LBP codes, [a, b] in eq. (1); may be empty
 };
 
@@ -105,7 +105,7 @@ struct FrameStatistics {
   std::size_t compensated = 0;  ///< removed by compensation, by whatever rule
   std::size_t moving = 0;       ///< removed because they move
   std::size_t custom = 0;       ///< removed by your own stages
-  std::size_t restored = 0;     ///< kept features that any stage removed first and one gave back
+  std::size_t restored = 0;     ///< kept features that an earlier stage had removed
   bool starved = false;         ///< fewer features than the floor are left
   /// Number to extract next time; 0 = the present number suffices.
   std::size_t suggested_features = 0;

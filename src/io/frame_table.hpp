@@ -16,7 +16,7 @@ namespace dynfilter::detail {
 inline std::string frame_columns() {
   return "frame,timestamp_s,has_masks,mask_age_s,instances,features,masked,compensated,moving,"
          "custom,restored,kept,starved,suggested_features,instances_without_depth,"
-         "instances_with_too_few_samples,cautious,motion,given_back";
+         "instances_with_too_few_samples,cautious,motion,kept_still";
 }
 
 inline const char* name_of(MotionOutcome outcome) {
@@ -46,7 +46,7 @@ inline std::string frame_cells(const std::string& frame, double timestamp_s,
         count_instances(s, Compensation::too_few_samples), std::size_t{s.was_cautious()}}) {
     cells += ',' + std::to_string(count);
   }
-  return cells + ',' + name_of(s.motion.outcome) + ',' + std::to_string(s.motion.given_back);
+  return cells + ',' + name_of(s.motion.outcome) + ',' + std::to_string(s.motion.kept_still);
 }
 
 }  // namespace dynfilter::detail

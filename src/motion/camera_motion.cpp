@@ -17,20 +17,24 @@
 namespace dynfilter::detail {
 namespace {
 
-// The image has so many parts, and the sample so many features of each, at most: what is rich in
-// texture does not outvote the rest.
+// The sample takes features of each part of the image in turn. With fewer parts, or more of each,
+// what is rich in texture outvotes the rest; larger samples cost time.
 constexpr double sample_parts = 192;
 constexpr int max_of_part = 4;
 constexpr std::size_t sample_size = 200, standing_sample_size = 80, long_sample_size = 120;
-constexpr double min_found_share = 0.25;  // of the sample; below, it is a cut
-/// By so much the durations of two motions differ where a frame was dropped, at least.
+/// A frame in which fewer of the sample are found is a cut. A larger share takes blur for a cut.
+constexpr double min_found_share = 0.25;
+/// Durations that differ by this ratio mean a dropped frame. A larger one misses a single drop.
 constexpr double min_dropping_ratio = 1.5;
-// Another pose may replace the best one if the median distance of the unsuspected features is at
-// most so much worse, and if so many times as many agree with it, within a distance.
+// Another pose replaces the best one if it fits the unsuspected features hardly worse. Larger
+// limits let a walking person pass for the camera.
 constexpr double max_worse_fit = 1.3, max_worse_fit_px = 0.1;
+// It also needs so many times as many features within a distance. A larger gain keeps a shift that
+// a turn explains; a larger distance counts what drifts.
 constexpr double min_agreement_gain = 1.1, agreement_px = 0.5;
 constexpr int refining_steps = 2;
-// Chained motions of single frames are off by up to a pixel.
+// Chained motions of single frames are off by up to a pixel. A baseline of a larger scale is not
+// used; a larger limit lets a wrong one judge.
 constexpr double chained_scale_px = 1, lost_scale_px = 3;
 
 /// Returns the last motion as it goes on until now: more of it where a frame was dropped. Smaller
@@ -50,24 +54,25 @@ Pose last_motion_going_on(const MotionMemory& memory) {
 /// the image the one with the most texture, then the next of each, and so on.
 void choose_sample(const MotionContext& context, Suspicion least, Suspicion most,
                    std::size_t size) {
+  const MotionFindings& found = context.found;
   MotionScratch& scratch = context.scratch;
   const cv::Size image = context.memory.now.grey[0].size();
   const double side_px = std::sqrt(image.area() / sample_parts);
   const auto part = [&](std::uint32_t i) {
-    const cv::Point pixel = scratch.features[i].pixel;
+    const cv::Point pixel = found.places[i].pixel;
     return static_cast<int>(pixel.y / side_px) * 65536 + static_cast<int>(pixel.x / side_px);
   };
-  const auto texture = [&](std::uint32_t i) { return scratch.patches[i].texture(); };
+  const auto texture = [&](std::uint32_t i) { return found.patches[i].texture(); };
   std::vector<std::uint32_t>& candidates = scratch.indices;
   candidates.clear();
-  for (std::uint32_t i = 0; i < scratch.features.size(); ++i) {
-    const FeatureMotion& feature = scratch.features[i];
-    const bool is_used = feature.corner == i && feature.suspicion >= least &&
-                         feature.suspicion <= most && feature.pose_depth_m > 0;
+  for (std::uint32_t i = 0; i < found.places.size(); ++i) {
+    const Suspicion suspicion = found.suspects[i].suspicion;
+    const bool is_used = found.places[i].corner == i && suspicion >= least && suspicion <= most &&
+                         found.places[i].pose_depth_m > 0;
     if (is_used && texture(i) > min_texture) candidates.push_back(i);
   }
   std::sort(candidates.begin(), candidates.end(), [&](std::uint32_t a, std::uint32_t b) {
-    const cv::Point at_a = scratch.features[a].pixel, at_b = scratch.features[b].pixel;
+    const cv::Point at_a = found.places[a].pixel, at_b = found.places[b].pixel;
     return std::make_tuple(part(a), -texture(a), at_a.y, at_a.x) <
            std::make_tuple(part(b), -texture(b), at_b.y, at_b.x);
   });
@@ -92,15 +97,15 @@ void choose_sample(const MotionContext& context, Suspicion least, Suspicion most
 void observe(const MotionContext& context, std::size_t baseline, const Pose& expected,
              std::size_t top_level, std::vector<PoseObservation>& observations) {
   for (const std::uint32_t i : context.scratch.sample) {
-    const FeatureMotion& feature = context.scratch.features[i];
-    const double depth_m = double{feature.pose_depth_m};
-    const auto place = context.static_place(feature, expected, depth_m);
-    if (!place) continue;
-    const cv::Point2f from_raw = cv::Point2f(feature.pixel) - feature.raw;
+    const FeaturePlace& place = context.found.places[i];
+    const double depth_m = double{place.pose_depth_m};
+    const auto static_place = context.static_place(i, expected, depth_m);
+    if (!static_place) continue;
+    const cv::Point2f from_raw = cv::Point2f(place.pixel) - place.raw;
     PatchTrack track;
-    if (!search(context, i, baseline, *place + from_raw, top_level, track)) continue;
+    if (!search(context, i, baseline, *static_place + from_raw, top_level, track)) continue;
     const auto then = context.camera.undistort(track.position - from_raw);
-    if (then) observations.push_back({feature.ray * depth_m, *then});
+    if (then) observations.push_back({place.ray * depth_m, *then});
   }
 }
 
@@ -164,9 +169,9 @@ void prefer_by_agreement(const MotionContext& context, const Pose& expected, std
   }
 }
 
-/// Refines a pose with Tukey's weights, and measures the scale of the residuals.
-void refine_by(const MotionContext& context, const std::vector<PoseObservation>& observations,
-               Baseline& over) {
+/// Returns a baseline whose pose is refined with Tukey's weights, with the scale of the residuals.
+Baseline refined_by(const MotionContext& context, const std::vector<PoseObservation>& observations,
+                    Baseline over) {
   std::vector<float>& values = context.scratch.values;
   const auto rescale = [&] {
     values.clear();
@@ -189,16 +194,14 @@ void refine_by(const MotionContext& context, const std::vector<PoseObservation>&
     over.pose = moved(over.pose, equations.solved());
   }
   rescale();
+  return over;
 }
 
 }  // namespace
 
-MotionOutcome measure_camera(const MotionContext& context, MotionStatistics& statistics) {
+CameraEstimate measure_camera(const MotionContext& context) {
   const MotionMemory& memory = context.memory;
   MotionScratch& scratch = context.scratch;
-  Baseline& over = scratch.over[short_baseline];
-  over = {};
-  over.duration_s = memory.now.timestamp_s - memory.past[0].timestamp_s;
   const std::optional<PosePrior>& prior = memory.prior;
   const Pose expected = prior ? prior->pose : last_motion_going_on(memory);
   const bool is_prior_trusted = prior && prior->is_trusted;
@@ -217,60 +220,61 @@ MotionOutcome measure_camera(const MotionContext& context, MotionStatistics& sta
     return estimate.is_trusted;
   };
   const bool is_expected = prior || memory.past[0].motion;
-  over.is_used = (is_expected && estimate_from(Suspicion::compensated, 1)) ||
-                 estimate_from(Suspicion::compensated, 2) || estimate_from(Suspicion::standing, 2);
-  over.pose = estimate.pose;
-  over.scale_px = estimate.scale_px;
-  statistics.pose_support = estimate.support;
-  if (over.is_used) return MotionOutcome::applied;
-  if (is_cut) return MotionOutcome::started;
-  return scratch.observations.size() < RelativePoseEstimator::min_observations
-             ? MotionOutcome::too_few_tracks
-             : MotionOutcome::pose_not_trusted;
+  const bool is_known = (is_expected && estimate_from(Suspicion::compensated, 1)) ||
+                        estimate_from(Suspicion::compensated, 2) ||
+                        estimate_from(Suspicion::standing, 2);
+  const bool are_too_few = scratch.observations.size() < RelativePoseEstimator::min_observations;
+  return {is_known      ? MotionOutcome::applied
+          : is_cut      ? MotionOutcome::started
+          : are_too_few ? MotionOutcome::too_few_tracks
+                        : MotionOutcome::pose_not_trusted,
+          {is_known, memory.now.timestamp_s - memory.past[0].timestamp_s, estimate.pose,
+           estimate.scale_px},
+          estimate.support};
 }
 
-void measure_long_baseline(const MotionContext& context) {
+Baseline measure_long_baseline(const MotionContext& context) {
   const auto& past = context.memory.past;
   MotionScratch& scratch = context.scratch;
-  const Baseline& over_short = scratch.over[short_baseline];
-  Baseline& over = scratch.over[long_baseline];
-  over = {};
-  if (!over_short.is_used || context.memory.known < past_frames) return;
-  if (!past[0].motion || !past[1].motion) return;
-  over.pose = *past[1].motion * (*past[0].motion * over_short.pose);
-  over.scale_px = std::max(chained_scale_px, over_short.scale_px);
-  over.duration_s = context.memory.now.timestamp_s - context.then(long_baseline).timestamp_s;
-  over.is_used = true;
+  const Baseline& over_short = context.found.over[short_baseline];
+  if (!over_short.is_used || context.memory.known < past_frames) return {};
+  if (!past[0].motion || !past[1].motion) return {};
+  const Baseline chained{true,
+                         context.memory.now.timestamp_s - context.then(long_baseline).timestamp_s,
+                         *past[1].motion * (*past[0].motion * over_short.pose),
+                         std::max(chained_scale_px, over_short.scale_px)};
   // Errors of single motions add up: the pose is refined by features that the short baseline shows
   // at their places.
   choose_sample(context, Suspicion::none, Suspicion::compensated, sample_size);
+  const std::vector<PatchTrack>& short_tracks = context.found.tracks[short_baseline];
   std::vector<std::uint32_t>& sample = scratch.sample;
   sample.erase(std::remove_if(sample.begin(), sample.end(),
-                              [&](std::uint32_t i) { return !scratch.features[i].was_at_place; }),
+                              [&](std::uint32_t i) { return !short_tracks[i].was_at_place; }),
                sample.end());
   sample.resize(std::min(sample.size(), long_sample_size));
   scratch.observations.clear();
-  observe(context, long_baseline, over.pose, 1, scratch.observations);
-  if (scratch.observations.size() < RelativePoseEstimator::min_observations) return;
-  refine_by(context, scratch.observations, over);
+  observe(context, long_baseline, chained.pose, 1, scratch.observations);
+  if (scratch.observations.size() < RelativePoseEstimator::min_observations) return chained;
+  return refined_by(context, scratch.observations, chained);
 }
 
-void refine_pose(const MotionContext& context, std::size_t baseline) {
-  Baseline& over = context.scratch.over[baseline];
+Baseline refined(const MotionContext& context, std::size_t baseline) {
+  const MotionFindings& found = context.found;
   std::vector<PoseObservation>& observations = context.scratch.observations;
   observations.clear();
-  for (const FeatureMotion& feature : context.scratch.features) {
-    const PatchTrack& track = feature.tracks[baseline];
-    const bool tells_motion =
-        track.is_found && feature.pose_depth_m > 0 && feature.suspicion <= Suspicion::standing;
+  for (std::size_t i = 0; i < found.places.size(); ++i) {
+    const PatchTrack& track = found.tracks[baseline][i];
+    const FeaturePlace& place = found.places[i];
+    const bool tells_motion = track.is_found && place.pose_depth_m > 0 &&
+                              found.suspects[i].suspicion <= Suspicion::standing;
     if (!tells_motion) continue;
     const auto then = context.camera.undistort(track.position);
-    if (then) observations.push_back({feature.ray * double{feature.pose_depth_m}, *then});
+    if (then) observations.push_back({place.ray * double{place.pose_depth_m}, *then});
   }
-  if (observations.size() < RelativePoseEstimator::min_observations) return;
-  refine_by(context, observations, over);
-  const bool is_lost = baseline == long_baseline && over.scale_px > lost_scale_px;
-  if (is_lost) over.is_used = false;
+  if (observations.size() < RelativePoseEstimator::min_observations) return found.over[baseline];
+  Baseline over = refined_by(context, observations, found.over[baseline]);
+  if (baseline == long_baseline && over.scale_px > lost_scale_px) over.is_used = false;
+  return over;
 }
 
 }  // namespace dynfilter::detail

@@ -13,15 +13,20 @@
 namespace dynfilter::detail {
 namespace {
 
-constexpr double far_m = 1e3;  // for features without depth: only the camera's turn moves them
-/// A feature without depth takes the middle of its interval for the camera's motion, if that spans
-/// less than this.
+/// Depth of what has none around it either: only the camera's turn moves it.
+constexpr double far_m = 1e3;
+/// A wider interval of depths says too little of where a feature was.
 constexpr double max_pose_range_m = 0.3;
-constexpr int depth_reach_px = 20, depth_step_px = 3;  // of the next depths of a pixel without one
-constexpr int corner_shift = 1;                        // corners within 2x2 pixels are one
-constexpr double near_mask_px = 8;                     // suspected as those on the mask
-constexpr double beside_object_px = 60;                // it may have hidden a feature so near
-constexpr int mover_reach_px = 12;                     // around where a mover is expected
+// The depth of a pixel without one is sought so far from it. A longer reach finds other things.
+constexpr int depth_reach_px = 20, depth_step_px = 3;
+/// Corners within 2x2 pixels are one. A larger cell gives a feature the track of its neighbour.
+constexpr int corner_shift = 1;
+/// Features so near to a mask are suspected as those on it. A larger one leaves too few others.
+constexpr double near_mask_px = 8;
+/// An object may have hidden a feature so near to it. A larger one misses movers without a track.
+constexpr double beside_object_px = 60;
+/// A mover is expected so near to where its motion leads. A larger one suspects the background.
+constexpr int mover_reach_px = 12;
 
 /// Returns the farthest of the next depths in eight directions: what a depth sensor cannot see
 /// beside an object lies behind it.
@@ -41,53 +46,60 @@ double depth_around(const FrameView& frame, cv::Point pixel) {
   return farthest_m > 0 ? farthest_m : far_m;
 }
 
-void read_place(const MotionContext& context, std::size_t i, FeatureMotion& feature) {
+/// Returns the place of a feature. One without depth takes the middle of its interval for the
+/// camera's motion, if that is narrow.
+FeaturePlace place_of(const MotionContext& context, std::size_t i) {
   const FrameView& frame = context.input.frame;
-  feature.raw = context.input.features[i];
-  feature.pixel = context.input.features.pixel(i);
-  if (const auto ideal = context.camera.undistort(feature.raw)) {
-    feature.ray = context.camera.point(*ideal, 1);
+  FeaturePlace place;
+  place.raw = context.input.features[i];
+  place.pixel = context.input.features.pixel(i);
+  if (const auto ideal = context.camera.undistort(place.raw)) {
+    place.ray = context.camera.point(*ideal, 1);
   }
-  feature.corner = static_cast<std::uint32_t>(i);
-  feature.depth_m = static_cast<float>(frame.depth_m(feature.pixel).value_or(0));
-  feature.pose_depth_m = feature.depth_m;
-  feature.place_depth_m = feature.depth_m;
-  if (feature.depth_m > 0) return;
-  const DepthInterval& depth = context.interval_of(feature);
-  if (depth.farthest_m - depth.nearest_m < max_pose_range_m) {
-    feature.pose_depth_m = static_cast<float>((depth.nearest_m + depth.farthest_m) / 2);
+  place.corner = static_cast<std::uint32_t>(i);
+  place.depth_m = static_cast<float>(frame.depth_m(place.pixel).value_or(0));
+  place.pose_depth_m = place.depth_m;
+  place.place_depth_m = place.depth_m;
+  if (place.depth_m > 0) return place;
+  std::optional<DepthInterval>& depth = context.scratch.intervals[i];
+  depth = depth_interval(frame, place.pixel);
+  if (depth->farthest_m - depth->nearest_m < max_pose_range_m) {
+    place.pose_depth_m = static_cast<float>((depth->nearest_m + depth->farthest_m) / 2);
   }
-  feature.place_depth_m = feature.pose_depth_m > 0
-                              ? feature.pose_depth_m
-                              : static_cast<float>(depth_around(frame, feature.pixel));
+  place.place_depth_m = place.pose_depth_m > 0
+                            ? place.pose_depth_m
+                            : static_cast<float>(depth_around(frame, place.pixel));
+  return place;
 }
 
 /// Finds the features that lie on one corner. ORB finds a corner in several octaves: one patch
 /// serves them all.
-void share_corners(const MotionContext& context) {
-  std::vector<FeatureMotion>& features = context.scratch.features;
+void share_corners(const MotionContext& context, std::vector<FeaturePlace>& places) {
   const cv::Rect image({}, context.memory.now.grey[0].size());
   const int columns = (image.width >> corner_shift) + 1, rows = (image.height >> corner_shift) + 1;
   std::vector<std::int32_t>& corner_at = context.scratch.corner_at;
   corner_at.assign(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), -1);
-  const auto cell_of = [&](const FeatureMotion& feature) -> std::int32_t& {
-    const int x = feature.pixel.x >> corner_shift, y = feature.pixel.y >> corner_shift;
+  const auto has_corner = [&](const FeaturePlace& place) {
+    return place.has_ray() && image.contains(place.pixel);
+  };
+  const auto cell_of = [&](const FeaturePlace& place) -> std::int32_t& {
+    const int x = place.pixel.x >> corner_shift, y = place.pixel.y >> corner_shift;
     return corner_at[static_cast<std::size_t>(y * columns + x)];
   };
-  const auto key = [](const FeatureMotion& feature) {
-    return std::make_tuple(feature.pixel.y, feature.pixel.x, feature.raw.y, feature.raw.x);
+  const auto key = [](const FeaturePlace& place) {
+    return std::make_tuple(place.pixel.y, place.pixel.x, place.raw.y, place.raw.x);
   };
-  for (std::size_t i = 0; i < features.size(); ++i) {
-    if (!features[i].has_ray() || !image.contains(features[i].pixel)) continue;
-    std::int32_t& first = cell_of(features[i]);
-    if (first < 0 || key(features[i]) < key(features[static_cast<std::size_t>(first)])) {
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (!has_corner(places[i])) continue;
+    std::int32_t& first = cell_of(places[i]);
+    if (first < 0 || key(places[i]) < key(places[static_cast<std::size_t>(first)])) {
       first = static_cast<std::int32_t>(i);
     }
   }
-  for (FeatureMotion& feature : features) {
-    if (!feature.has_ray() || !image.contains(feature.pixel)) continue;
-    const auto first = static_cast<std::uint32_t>(cell_of(feature));
-    if (!features[first].is_apart(feature)) feature.corner = first;
+  for (FeaturePlace& place : places) {
+    if (!has_corner(place)) continue;
+    const auto first = static_cast<std::uint32_t>(cell_of(place));
+    if (!places[first].is_apart_from(place.depth_m)) place.corner = first;
   }
 }
 
@@ -110,59 +122,53 @@ Suspicion suspicion_by_label(const MotionContext& context, const FeatureLabel& l
 }
 
 /// Suspects what is where something that moved is expected, at its depth.
-void suspect_expected(const MotionContext& context) {
-  const FrameFeatures& index = context.input.index;
-  const auto distance = [](const FeatureMotion& feature, const Mover& mover) {
-    const cv::Point2f away = feature.raw - mover.expected;
+void suspect_expected(const MotionContext& context, std::vector<Suspect>& suspects) {
+  const auto distance = [](const FeaturePlace& place, const Mover& mover) {
+    const cv::Point2f away = place.raw - mover.expected;
     return std::make_tuple(away.dot(away), mover.flow.x, mover.flow.y);
   };
   for (const Mover& mover : context.memory.movers) {
     const cv::Point at = nearest_pixel(mover.expected);
     const int side = 2 * mover_reach_px + 1;
-    FeatureMotion thing;
-    thing.depth_m = mover.depth_m;
-    for (const std::uint32_t i :
-         index.inside(cv::Rect(at.x - mover_reach_px, at.y - mover_reach_px, side, side))) {
-      FeatureMotion& feature = context.scratch.features[i];
-      if (feature.is_apart(thing)) continue;
-      feature.suspicion = std::max(feature.suspicion, Suspicion::moving);
-      const bool is_nearest =
-          !feature.expected || distance(feature, mover) < distance(feature, *feature.expected);
-      if (is_nearest) feature.expected = &mover;
+    for (const std::uint32_t i : context.input.index.inside(
+             cv::Rect(at.x - mover_reach_px, at.y - mover_reach_px, side, side))) {
+      const FeaturePlace& place = context.found.places[i];
+      if (place.is_apart_from(mover.depth_m)) continue;
+      suspects[i].suspicion = std::max(suspects[i].suspicion, Suspicion::moving);
+      const Mover*& expected = suspects[i].expected;
+      if (!expected || distance(place, mover) < distance(place, *expected)) expected = &mover;
     }
   }
 }
 
 }  // namespace
 
-void read_features(const MotionContext& context) {
-  std::vector<FeatureMotion>& features = context.scratch.features;
-  features.assign(context.input.features.size(), {});
-  for (std::size_t i = 0; i < features.size(); ++i) read_place(context, i, features[i]);
-  share_corners(context);
-  context.scratch.patches.resize(features.size());
-  for (std::size_t i = 0; i < features.size(); ++i) {
-    if (features[i].corner != i) continue;
-    context.scratch.patches[i].read(context.memory.now.grey[0], features[i].pixel);
+void read_places(const MotionContext& context, std::vector<FeaturePlace>& places,
+                 std::vector<ImagePatch>& patches) {
+  context.scratch.intervals.assign(places.size(), {});
+  for (std::size_t i = 0; i < places.size(); ++i) places[i] = place_of(context, i);
+  share_corners(context, places);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (places[i].corner == i) patches[i].read(context.memory.now.grey[0], places[i].pixel);
   }
 }
 
-void suspect_features(const MotionContext& context, const FeatureLabels& labels) {
-  std::vector<FeatureMotion>& features = context.scratch.features;
+void suspect_features(const MotionContext& context, const FeatureLabels& labels,
+                      std::vector<Suspect>& suspects) {
   const bool is_cautious = labels.statistics().was_cautious();
-  for (std::size_t i = 0; i < features.size(); ++i) {
-    features[i].suspicion = suspicion_by_label(context, labels[i], is_cautious);
+  for (std::size_t i = 0; i < suspects.size(); ++i) {
+    suspects[i].suspicion = suspicion_by_label(context, labels[i], is_cautious);
   }
-  suspect_expected(context);
+  suspect_expected(context, suspects);
   const std::vector<Instance>& instances = context.input.segmentation.instances;
   for (std::size_t k = 0; k < instances.size(); ++k) {
     if (!labels.is_dynamic_object(k)) continue;
     const Suspicion suspicion = suspicion_on(context, k);
     for_each_within(context, instances[k], near_mask_px, [&](std::uint32_t i) {
-      features[i].suspicion = std::max(features[i].suspicion, suspicion);
+      suspects[i].suspicion = std::max(suspects[i].suspicion, suspicion);
     });
     for_each_within(context, instances[k], beside_object_px,
-                    [&](std::uint32_t i) { features[i].is_beside_object = true; });
+                    [&](std::uint32_t i) { suspects[i].is_beside_object = true; });
   }
 }
 

@@ -11,11 +11,13 @@
 namespace dynfilter::detail {
 namespace {
 
-constexpr float small_step_px = 0.12F;  // the last one
-constexpr float good_step_px = 0.5F;    // the last one where the difference is small
+// A patch has settled after a small step, or a larger one where the difference is small. Larger
+// steps settle at a less exact place.
+constexpr float small_step_px = 0.12F, good_step_px = 0.5F;
+/// A longer step leaves the slope that it was computed for.
 constexpr float max_step_px = 3;
-constexpr int fraction_bits = 5;  // of a brightness
-constexpr int coarse_bits = 2;
+// Brightness has so many bits of fraction; squares of differences are computed with fewer.
+constexpr int fraction_bits = 5, coarse_bits = 2;
 
 // Functions of OpenCV's universal intrinsics that all of its versions from 4.2 on have; operators
 // are not among them.

@@ -3,12 +3,15 @@
 
 #include "dynfilter/motion/motion_judge.hpp"
 
+#include <algorithm>
+#include <cstdint>
 #include <cstring>
 #include <utility>
 
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/grey_image.hpp"
 #include "motion_frame.hpp"
 #include "pose_prior.hpp"
 
@@ -18,9 +21,10 @@ namespace {
 using detail::MotionContext;
 using detail::MotionMemory;
 
-constexpr int min_side_px = 40;  // of an image in which features can be followed
+/// In smaller images, features cannot be followed.
+constexpr int min_side_px = 40;
 
-void check_options(const MotionJudgeOptions& options) {
+void check_options(const MotionJudgeOptions& options, double stale_age_s) {
   static constexpr detail::OptionCheck require("MotionJudge");
   require(options.min_speed_m_s >= 0, "min_speed_m_s", options.min_speed_m_s,
           "a number of at least 0");
@@ -29,7 +33,7 @@ void check_options(const MotionJudgeOptions& options) {
           options.still_frames, "1 to 1000");
   require(options.fringe_px >= 0 && options.fringe_px <= 1000, "fringe_px", options.fringe_px,
           "0 to 1000");
-  require(options.stale_age_s >= 0, "stale_age_s", options.stale_age_s, "a number of at least 0");
+  require(stale_age_s >= 0, "stale_age_s", stale_age_s, "a number of at least 0");
 }
 
 void require_grey_or_colour(const cv::Mat& image) {
@@ -38,16 +42,6 @@ void require_grey_or_colour(const cv::Mat& image) {
   detail::throw_misuse("MotionJudge",
                        detail::concatenate("an image of type ", detail::type_name(image)),
                        "CV_8UC1, CV_8UC3 or CV_8UC4");
-}
-
-/// The host's tracks must be those of the frame's features.
-void require_one_for_each(FeaturesView features, const MotionMemory& memory) {
-  const std::size_t tracks = memory.host_tracks.size();
-  if (tracks == 0 || tracks == features.size()) return;
-  detail::throw_misuse(
-      "MotionJudge",
-      detail::concatenate(tracks, " tracks of the host and ", features.size(), " features"),
-      "one track for each feature");
 }
 
 bool is_equal(const cv::Mat1b& a, const cv::Mat1b& b) {
@@ -61,12 +55,7 @@ bool is_equal(const cv::Mat1b& a, const cv::Mat1b& b) {
 bool look(const FrameView& frame, MotionMemory::Frame& now) {
   now.timestamp_s = frame.timestamp_s;
   if (frame.image.cols < min_side_px || frame.image.rows < min_side_px) return false;
-  if (frame.image.channels() == 1) {
-    frame.image.copyTo(now.grey[0]);  // hosts reuse their buffers
-  } else {
-    const bool has_alpha = frame.image.channels() == 4;
-    cv::cvtColor(frame.image, now.grey[0], has_alpha ? cv::COLOR_BGRA2GRAY : cv::COLOR_BGR2GRAY);
-  }
+  detail::grey_of(frame.image, now.grey[0]).copyTo(now.grey[0]);  // hosts reuse their buffers
   for (std::size_t level = 1; level < now.grey.size(); ++level) {
     cv::pyrDown(now.grey[level - 1], now.grey[level]);
   }
@@ -103,48 +92,61 @@ void start(const MotionContext& context) {
   memory.push(context.input.frame);
 }
 
-/// Judges a frame that follows another, and remembers it.
+/// Judges a frame that follows another, and remembers it. Each step reads what those before it
+/// found, and writes its own array.
 MotionOutcome judge(const MotionContext& context, FeatureLabels& labels) {
+  using detail::long_baseline, detail::short_baseline;
   MotionStatistics& statistics = labels.statistics().motion;
+  detail::MotionFindings& found = context.scratch.found;
+  found.reset(context.input.features.size());
   begin_verdicts(context);
-  read_features(context);
-  suspect_features(context, labels);
-  const MotionOutcome outcome = measure_camera(context, statistics);
-  if (outcome == MotionOutcome::started) {
+  read_places(context, found.places, found.patches);
+  suspect_features(context, labels, found.suspects);
+  const detail::CameraEstimate camera = measure_camera(context);
+  found.over[short_baseline] = camera.over;
+  statistics.pose_support = camera.support;
+  if (camera.outcome == MotionOutcome::started) {
     start(context);
-    return outcome;
+    return camera.outcome;
   }
-  auto& over = context.scratch.over;
-  for (std::size_t b = 0; b < detail::baselines; ++b) {
-    if (b == detail::long_baseline) measure_long_baseline(context);
-    if (!over[b].is_used) continue;
-    track_features(context, b);
-    refine_pose(context, b);
+  for (const std::size_t b : {short_baseline, long_baseline}) {
+    if (b == long_baseline) found.over[b] = measure_long_baseline(context);
+    if (!found.over[b].is_used) continue;
+    track_features(context, b, found.tracks[b]);
+    found.over[b] = refined(context, b);
     ++statistics.baselines;
   }
-  for (const detail::FeatureMotion& feature : context.scratch.features) {
-    statistics.tracked += feature.tracks[detail::short_baseline].is_found ? 1 : 0;
+  for (const detail::PatchTrack& track : found.tracks[short_baseline]) {
+    statistics.tracked += track.is_found ? 1 : 0;
   }
-  if (outcome == MotionOutcome::applied) {
-    statistics.scale_px = over[detail::short_baseline].scale_px;
-    measure_motions(context);
-    support_candidates(context, labels, statistics);
-    update_beliefs(context);
+  const bool is_applied = camera.outcome == MotionOutcome::applied;
+  if (is_applied) {
+    statistics.scale_px = found.over[short_baseline].scale_px;
+    measure_shifts(context, found.shifts);
+    gather_evidence(context, found.evidence);
+    support_candidates(context, labels, found.supported);
+    update_beliefs(context, found.beliefs);
+    find_moving(context, found.moving);
+    statistics.candidates = context.scratch.candidates.size();
+    statistics.supported = static_cast<std::size_t>(
+        std::count(found.supported.begin(), found.supported.end(), std::uint8_t{1}));
   }
   judge_instances(context, labels);
-  if (outcome == MotionOutcome::applied) write_labels(context, labels);
+  if (is_applied) write_labels(context, labels);
   remember(context);
-  return outcome;
+  return camera.outcome;
 }
 
 }  // namespace
 
-MotionJudge::MotionJudge(const Camera& camera, const MotionJudgeOptions& options)
+MotionJudge::MotionJudge(const Camera& camera, const MotionJudgeOptions& options,
+                         double stale_age_s)
     : camera_(camera),
       options_(options),
+      stale_age_s_(stale_age_s),
       pose_estimator_(camera),
       memory_(std::make_unique<MotionMemory>(options.still_frames)) {
-  check_options(options);
+  check_options(options, stale_age_s);
 }
 
 MotionJudge::MotionJudge(MotionJudge&&) noexcept = default;
@@ -153,42 +155,26 @@ MotionJudge::~MotionJudge() = default;
 
 void MotionJudge::expect_motion(const PosePrior& prior) {
   detail::validate(prior, "MotionJudge::expect_motion");
-  memory_->prior = prior;
-}
-
-void MotionJudge::hand_over_tracks(std::vector<FeatureTrack> tracks) {
-  memory_->host_tracks = std::move(tracks);
+  memory_->handed_over = prior;
 }
 
 void MotionJudge::reset() {
   memory_->forget();
-  memory_->end_frame();
-}
-
-void MotionJudge::check(const FilterInput& input) const {
-  try {
-    require_grey_or_colour(input.frame.image);
-    require_one_for_each(input.features, *memory_);
-  } catch (...) {
-    memory_->end_frame();  // what was handed over is of this frame
-    throw;
-  }
+  memory_->handed_over.reset();
 }
 
 void MotionJudge::operator()(const FilterInput& input, FeatureLabels& labels,
                              Workspace& workspace) {
-  validate(input, labels, "MotionJudge");
-  check(input);
   MotionMemory& memory = *memory_;
+  memory.prior = std::exchange(memory.handed_over, std::nullopt);
+  validate(input, labels, "MotionJudge");
+  require_grey_or_colour(input.frame.image);
   MotionOutcome& outcome = labels.statistics().motion.outcome;
   labels.statistics().motion = {};
-  const MotionContext context{input,
-                              camera_,
-                              options_,
-                              pose_estimator_,
-                              labels.statistics().has_segmentation,
-                              memory,
-                              workspace.get<detail::MotionScratch>(),
+  auto& scratch = workspace.get<detail::MotionScratch>();
+  const MotionContext context{input,        camera_,         options_,
+                              stale_age_s_, pose_estimator_, labels.statistics().has_segmentation,
+                              memory,       scratch.found,   scratch,
                               workspace};
   try {
     if (!look(input.frame, memory.now)) {
@@ -204,9 +190,8 @@ void MotionJudge::operator()(const FilterInput& input, FeatureLabels& labels,
       memory.join_repeats();
       outcome = judge(context, labels);
     }
-    memory.end_frame();
   } catch (...) {
-    reset();
+    memory.forget();
     throw;
   }
 }

@@ -52,8 +52,8 @@ struct MotionMemory {
   std::vector<Mover> movers;
   InstanceMotion instances;
   double instances_s = 0;                 // time of the last frame whose masks were known
-  std::optional<PosePrior> prior;         // of the host
-  std::vector<FeatureTrack> host_tracks;  // empty: none
+  std::optional<PosePrior> handed_over;   // by the host, for the next frame
+  std::optional<PosePrior> prior;         // of this frame
   std::size_t repeats = 0;                // frames that came after the last one, with its image
   std::optional<PosePrior> over_repeats;  // of the host, from the last one to the latest
 
@@ -91,12 +91,6 @@ struct MotionMemory {
   void join_repeats() {
     if (repeats > 0) prior = joined(over_repeats, prior);
     repeats = 0;
-  }
-
-  /// Forgets what was handed over for one frame.
-  void end_frame() {
-    prior.reset();
-    host_tracks.clear();
   }
 
  private:

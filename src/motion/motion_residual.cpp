@@ -16,10 +16,14 @@ namespace {
 // A point nearer than this share of the farther end's depth does not bound the segment usefully.
 constexpr double min_depth_share = 1e-6;
 
+/// Depth may be registered a few pixels off. A larger window explains away what moves.
 constexpr int window_px = 9;
-// Noise of a depth sensor, metres at 1 m; it grows with the square of the depth.
+// Noise of a depth sensor, metres at 1 m, grows with the square of the depth. A larger one hides
+// motion along the view.
 constexpr double noise_at_1m_m = 0.0025, noise_factor = 2;
-constexpr double min_gap_m = 0.3;  // smallest gap in the window's depths that is left out
+/// A gap of at least this in the window's depths is left out. A larger one hides what moves before
+/// a wall.
+constexpr double min_gap_m = 0.3;
 
 /// Calls `action` for each depth in a window, in units of the image.
 template <class Depth, class Action>
@@ -58,7 +62,7 @@ WindowDepths depths_in(const cv::Mat& image, const cv::Rect& window, float min_g
 }
 
 /// One or two intervals without a gap.
-struct Surfaces {
+struct DepthSides {
   std::array<DepthInterval, 2> intervals;
   std::size_t count;
 
@@ -67,7 +71,7 @@ struct Surfaces {
 };
 
 /// Returns what an interval holds on either side of its gap.
-Surfaces surfaces_of(const DepthInterval& depth) {
+DepthSides sides_of(const DepthInterval& depth) {
   if (!depth.has_gap()) return {{depth, {}}, 1};
   return {{DepthInterval{depth.nearest_m, depth.gap_nearest_m},
            DepthInterval{depth.gap_farthest_m, depth.farthest_m}},
@@ -164,8 +168,8 @@ std::optional<MotionResidual> motion_residual(const Camera& camera, const Pose& 
                                               cv::Point2d now, cv::Point2d then,
                                               const DepthInterval& depth) {
   std::optional<MotionResidual> least;
-  for (const DepthInterval& surface : surfaces_of(depth)) {
-    const auto residual = segment_residual(camera, then_from_now, now, then, surface);
+  for (const DepthInterval& side : sides_of(depth)) {
+    const auto residual = segment_residual(camera, then_from_now, now, then, side);
     const bool is_less = residual && (!least || residual->distance_px < least->distance_px);
     if (is_less) least = residual;
   }
@@ -176,10 +180,9 @@ double depth_residual_m(const Pose& then_from_now, const cv::Point3d& now_m,
                         const DepthInterval& now, const DepthInterval& then) {
   if (!now.is_known() || !then.is_known()) return 0;
   double least_m = std::numeric_limits<double>::infinity();
-  for (const DepthInterval& surface_now : surfaces_of(now)) {
-    for (const DepthInterval& surface_then : surfaces_of(then)) {
-      const double residual_m =
-          interval_residual_m(then_from_now, now_m, surface_now, surface_then);
+  for (const DepthInterval& side_now : sides_of(now)) {
+    for (const DepthInterval& side_then : sides_of(then)) {
+      const double residual_m = interval_residual_m(then_from_now, now_m, side_now, side_then);
       if (std::abs(residual_m) < std::abs(least_m)) least_m = residual_m;
     }
   }

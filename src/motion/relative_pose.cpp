@@ -23,13 +23,16 @@ using detail::LinearResidual;
 using detail::NormalEquations;
 using detail::Twist;
 
+// More hypotheses, a larger sample and more steps cost time.
 constexpr std::size_t hypotheses = 80, turn_hypotheses = 20;
-constexpr std::size_t max_sample = 300;  // by which they are scored
-constexpr double cell_px = 40;           // side of a part of the image that has a voice
-constexpr std::uint64_t seed = 0;        // of the hypotheses
-constexpr int concentrations = 3;        // of a hypothesis that is the best one so far
-constexpr int tukey_steps = 3;
-constexpr double max_trusted_scale_px = 3;  // with which a pose is trusted
+constexpr std::size_t max_sample = 300;
+constexpr int concentrations = 3, tukey_steps = 3;
+/// Parts of the image of this size have equal voices. Larger ones follow what is rich in texture.
+constexpr double cell_px = 40;
+constexpr std::uint64_t seed = 0;
+// A pose is trusted up to such a scale, and if such a share agrees. A larger scale trusts a pose
+// that follows a mover; a larger share abstains where movers are many.
+constexpr double max_trusted_scale_px = 3;
 constexpr double min_support = 0.5;
 // A pose beyond the prior's limits contradicts them if the other's scale is so many times its own.
 constexpr double contradicting_ratio = 2;

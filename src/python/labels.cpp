@@ -39,7 +39,7 @@ void bind_reason(py::module_& module) {
       .value("in_mask", Reason::in_mask,
              "on the mask of a dynamic object, or on the static mask (instance -1)")
       .value("compensated", Reason::compensated, "an edge feature that the mask missed")
-      .value("restored", Reason::restored, "removed by one stage and given back by a later one")
+      .value("restored", Reason::restored, "removed by one stage and kept by a later one")
       .value("moving", Reason::moving, "it moves, whatever it belongs to")
       .value("still", Reason::still, "kept though on the mask of an object, which stands still")
       .value("custom", Reason::custom, "removed by you")

@@ -62,7 +62,7 @@ void bind_instance_statistics(py::module_& module) {
       .field("mask_gap_px", &S::mask_gap_px,
              "how far the object reaches beyond a fresh mask, pixels; 0 where it is not known")
       .field("verdict", &S::verdict, "whether it moves")
-      .field("given_back", &S::given_back, "features given back because it is still")
+      .field("kept_still", &S::kept_still, "features kept because it is still")
       .prints({"class_id", "score", "dynamic", "masked", "compensated", "compensation", "verdict"});
 }
 
@@ -75,7 +75,7 @@ void bind_statistics(py::module_& module) {
   ValueClass<Motion>(module, "MotionStatistics", "Statistics of the motion evidence in one frame.")
       .field("outcome", &Motion::outcome, "what happened")
       .field("tracked", &Motion::tracked, "features that were found in the last frame")
-      .field("given_back", &Motion::given_back, "features given back because they are still")
+      .field("kept_still", &Motion::kept_still, "features kept because they are still")
       .field("unsettled_objects", &Motion::unsettled_objects,
              "dynamic objects that matter and of which it is not known whether they move");
   using Frame = FrameStatistics;
@@ -87,7 +87,7 @@ void bind_statistics(py::module_& module) {
       .field("compensated", &Frame::compensated, "removed by edge compensation")
       .field("moving", &Frame::moving, "removed because they move")
       .field("custom", &Frame::custom, "removed by you")
-      .field("restored", &Frame::restored, "kept features that were removed first and given back")
+      .field("restored", &Frame::restored, "kept features that an earlier stage had removed")
       .field("starved", &Frame::starved, "fewer features than the floor are left")
       .field("suggested_features", &Frame::suggested_features,
              "number to extract next time; 0 = the present number suffices")

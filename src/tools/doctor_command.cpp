@@ -39,7 +39,7 @@ struct DoctorOptions {
   std::filesystem::path sequence, camera, settings;
 };
 
-enum class Verdict {
+enum class Condition {
   fine,
   odd,    // usable, but look at it
   broken  // not usable before it is mended
@@ -48,12 +48,12 @@ enum class Verdict {
 /// Findings about one sequence or one settings file.
 struct Findings {
   /// Adds what was found, once, and what to do about it.
-  void add(Verdict verdict, const std::string& what, const std::string& mend = {}) {
+  void add(Condition condition, const std::string& what, const std::string& mend = {}) {
     if (text.find(what) != std::string::npos) return;
     const char* const names[] = {"fine  ", "odd   ", "broken"};
-    text += std::string(names[static_cast<int>(verdict)]) + "  " + what + '\n';
+    text += std::string(names[static_cast<int>(condition)]) + "  " + what + '\n';
     if (!mend.empty()) text += "        -> " + mend + '\n';
-    is_broken = is_broken || verdict == Verdict::broken;
+    is_broken = is_broken || condition == Condition::broken;
   }
 
   std::string text;
@@ -62,7 +62,7 @@ struct Findings {
 
 void add_findings(const std::vector<InputFinding>& findings, Findings& found) {
   for (const auto& [check, sentence, is_hopeless] : findings) {
-    found.add(is_hopeless ? Verdict::broken : Verdict::odd, check + ": " + sentence);
+    found.add(is_hopeless ? Condition::broken : Condition::odd, check + ": " + sentence);
   }
 }
 
@@ -90,20 +90,20 @@ void check_frames(FrameSource& source, Findings& found) {
     }
   }
   if (!errors.empty() && errors.size() == looked_at) {
-    found.add(Verdict::broken, errors.front() + "; so it is with every frame that was looked at");
+    found.add(Condition::broken, errors.front() + "; so it is with every frame that was looked at");
     return;
   }
   for (const std::string& error : errors) {
-    found.add(Verdict::broken, error, "replace the file, or leave its row out of the lists");
+    found.add(Condition::broken, error, "replace the file, or leave its row out of the lists");
   }
   if (without_masks > 0) {
-    found.add(Verdict::broken,
+    found.add(Condition::broken,
               detail::concatenate(without_masks, " of ", source.size(), " frames have no mask"),
               "masks are named by their images' times; `dynfilter masks` makes them, and `run` "
               "stops where one is missing");
   }
-  found.add(Verdict::fine, detail::concatenate(looked_at - errors.size(), " of ", source.size(),
-                                               " frames were checked"));
+  found.add(Condition::fine, detail::concatenate(looked_at - errors.size(), " of ", source.size(),
+                                                 " frames were checked"));
   add_findings(checks.findings(), found);
 }
 
@@ -113,7 +113,7 @@ void run_check(Findings& found, const Check& check) {
   try {
     check();
   } catch (const std::exception& error) {
-    found.add(Verdict::broken, error.what());
+    found.add(Condition::broken, error.what());
   }
 }
 
@@ -124,13 +124,13 @@ Findings examine_sequence(const DoctorOptions& options) {
     scene.sequence = options.sequence;
     scene.camera = options.camera;
     const auto source = scene.open(Truth::by_class);
-    if (!source->facts().note.empty()) found.add(Verdict::odd, source->facts().note);
+    if (!source->facts().note.empty()) found.add(Condition::odd, source->facts().note);
     if (!source->facts().has_depth) {
-      found.add(Verdict::odd, "no depth images",
+      found.add(Condition::odd, "no depth images",
                 "the rules paper and depth abstain; add depth.txt, or expect masks alone");
     }
     if (source->facts().masks_name.empty()) {
-      found.add(Verdict::odd, "no masks/", "make masks, see `dynfilter masks --help`");
+      found.add(Condition::odd, "no masks/", "make masks, see `dynfilter masks --help`");
     }
     check_frames(*source, found);
   });
@@ -160,23 +160,23 @@ void check_mask_files(const detail::PluginSettings& settings, MaskFolderSegmente
 void check_settings(const std::string& file, const std::string& prefix, Findings& found) {
   const detail::PluginSettings settings = detail::read_plugin_settings(file, prefix);
   if (!settings.enabled) {
-    found.add(Verdict::odd, "the filter is switched off, and nothing else is read",
+    found.add(Condition::odd, "the filter is switched off, and nothing else is read",
               "remove " + prefix + ".enabled, or set it to 1");
     return;
   }
   const DynamicFilter filter(settings.filter);  // refuses values out of range
-  found.add(Verdict::fine, "every key of " + prefix + " is known, with its value");
+  found.add(Condition::fine, "every key of " + prefix + " is known, with its value");
   if (!settings.remote.empty()) {
-    found.add(Verdict::fine, "masks come from the process at " + settings.remote);
+    found.add(Condition::fine, "masks come from the process at " + settings.remote);
   } else if (!settings.model.empty()) {
     detail::require_regular_file(settings.model);
-    found.add(Verdict::fine, "masks come from the network " + settings.model);
+    found.add(Condition::fine, "masks come from the network " + settings.model);
   } else {
     const bool keeps = settings.missing_masks == "keep";
     MaskFolderOptions options = settings.mask_folder_options;
     options.allow_missing = keeps;
     MaskFolderSegmenter masks(settings.mask_folder, options);
-    found.add(Verdict::fine,
+    found.add(Condition::fine,
               detail::concatenate(masks.size(), " masks in ", settings.mask_folder,
                                   keeps ? "; in a frame without one, masks remove nothing"
                                         : "; a frame without one is an error"));

@@ -135,7 +135,7 @@ void add_run_command(CLI::App& program) {
       "\n\nrows of the report:\n"
       "  removed by mask          on the mask of a dynamic object\n"
       "  removed by compensation  off the masks, taken for the object by the rule\n"
-      "  restored                 removed first, and given back: motion sees it at rest\n"
+      "  restored                 removed first, and kept in the end: motion sees it at rest\n"
       "  kept at the fewest       features kept in the worst frame\n"
       "  cautious frames          too few features were left, so only sure ones went\n"
       "  dynamic left             should have gone, by the true masks or --truth\n"

@@ -77,7 +77,7 @@ struct RunRecord {
       sum.compensated += frame.statistics.compensated;
       sum.moving += frame.statistics.moving;
       sum.custom += frame.statistics.custom;
-      sum.motion.given_back += frame.statistics.motion.given_back;
+      sum.motion.kept_still += frame.statistics.motion.kept_still;
       sum.restored += frame.statistics.restored;
     }
     return sum;

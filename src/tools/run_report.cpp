@@ -199,7 +199,7 @@ void write_summary_json(const RunRecord& run, const std::filesystem::path& file)
   summary["compensated"] = totals.compensated;
   summary["moving"] = totals.moving;
   summary["custom"] = totals.custom;
-  summary["given_back"] = totals.motion.given_back;
+  summary["kept_still"] = totals.motion.kept_still;
   summary["kept"] = totals.kept();
   summary["fewest_kept"] = run.fewest_kept();
   summary["cautious_frames"] = run.cautious_frames();

@@ -35,7 +35,7 @@ struct SynthOptions {
   std::optional<int> persons;
 };
 
-/// Returns the text of a file for read_camera, which gives back every number exactly. Real numbers
+/// Returns the text of a file from which read_camera reads every number exactly. Real numbers
 /// have a decimal point: ORB-SLAM3 takes one without it for an integer and stops.
 std::string camera_text(const SequenceCamera& camera) {
   std::string text = "%YAML:1.0\n---\n";

@@ -183,7 +183,7 @@ TEST(FrameTable, HasACellForEachColumnInTheirOrder) {
   statistics.instances[2].compensation = Compensation::no_depth_image;
   statistics.instances[3].compensation = Compensation::cautious;
   statistics.motion.outcome = MotionOutcome::applied;
-  statistics.motion.given_back = 2;
+  statistics.motion.kept_still = 2;
   const std::string row = detail::frame_cells("7", 1.5, statistics);
   EXPECT_EQ(row, "7,1.500000,1,0.250000,4,100,20,10,5,4,3," + std::to_string(statistics.kept()) +
                      ",1,1500,2,1,1,applied,2");

@@ -124,7 +124,7 @@ TEST(MotionMasks, TakesMasksWithoutATimeForFresh) {
 
 /// As the scores of the other stages, that of a feature that comes back counts the detector's
 /// confidence.
-TEST(MotionMasks, ConfidenceScalesTheScoresOfWhatComesBack) {
+TEST(MotionMasks, ConfidenceScalesTheScoresOfWhatIsKept) {
   Rig sure, doubtful;
   std::size_t restored = 0;
   for (Shot shot : shots(0)) {
@@ -143,17 +143,6 @@ TEST(MotionMasks, ConfidenceScalesTheScoresOfWhatComesBack) {
 
 // --- What a host may do wrong, and what it may do beside motion ----------------------------------
 
-TEST(MotionMisuse, TracksOfAnotherNumberAreRefusedInEachFrame) {
-  Rig rig, plain;
-  for (std::size_t i = 0; i < 5; ++i) {
-    const Shot& shot = shots(0)[i];
-    rig.judge.hand_over_tracks(std::vector<FeatureTrack>(5));
-    expect_error<std::invalid_argument>([&] { rig.see(shot); }, "5 tracks of the host and");
-    // They are of the refused call alone, which forgets no frame.
-    EXPECT_TRUE(same_labels(rig.see(shot), plain.see(shot))) << i;
-  }
-}
-
 TEST(MotionMisuse, APriorOfARefusedFrameIsDropped) {
   Rig rig, plain;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -170,7 +159,7 @@ TEST(MotionMisuse, APriorOfARefusedFrameIsDropped) {
   EXPECT_TRUE(same_labels(rig.see(shots(0)[3]), plain.see(shots(0)[3])));
 }
 
-/// Motion gives back what masks and depth took, not what a stage of the host's removed.
+/// Motion keeps what masks and depth removed, not what a stage of the host's removed.
 TEST(MotionMisuse, LeavesToTheHostWhatItRemoved) {
   Rig rig;
   std::size_t removed_by_host = 0;
@@ -192,7 +181,7 @@ TEST(MotionMisuse, LeavesToTheHostWhatItRemoved) {
               rig.workspace);
     for (const std::size_t f : of_host) EXPECT_EQ(labels[f].reason, Reason::custom) << i;
     if (i == 8) {
-      EXPECT_GT(labels.statistics().motion.given_back, 20U);
+      EXPECT_GT(labels.statistics().motion.kept_still, 20U);
       removed_by_host = of_host.size();
     }
   }

@@ -167,7 +167,7 @@ void compensate_beside(const Segmentation& masks, FeaturesView features, Feature
 }
 
 /// What compensation took of the wall behind a walker comes back, because motion shows it at rest.
-TEST(MotionBackground, ComesBackBesideAWalker) {
+TEST(MotionBackground, IsKeptBesideAWalker) {
   Rig rig;
   for (int i = 0; i < frames; ++i) {
     const Shot& shot = shots(0.5)[static_cast<std::size_t>(i)];
@@ -176,8 +176,8 @@ TEST(MotionBackground, ComesBackBesideAWalker) {
     FeatureLabels labels = Pipeline<MaskCuller>(MaskCuller()).apply(frame, masks, shot.keypoints);
     compensate_beside(masks, shot.keypoints, labels);
     rig.judge({frame, masks, shot.keypoints}, labels, rig.workspace);
-    const std::size_t given_back = labels.statistics().motion.given_back;
-    EXPECT_EQ(given_back > 20, i > 0) << i << ": " << given_back << ", none in the first frame";
+    const std::size_t kept_still = labels.statistics().motion.kept_still;
+    EXPECT_EQ(kept_still > 20, i > 0) << i << ": " << kept_still << ", none in the first frame";
   }
 }
 
@@ -192,13 +192,14 @@ TEST(MotionTurn, DoesNotFollowTheCart) {
   for (int frame = 0; frame < 10; ++frame) {
     rig.see(shot_of(scene, frame));
     if (frame < 2) continue;  // in the first frame, the last motion is not known
-    const auto& over = rig.workspace.get<detail::MotionScratch>().over[detail::short_baseline];
+    const auto& over =
+        rig.workspace.get<detail::MotionScratch>().found.over[detail::short_baseline];
     EXPECT_TRUE(over.is_used) << frame;
     EXPECT_LT(cv::norm(over.pose.translation), 0.003) << frame;
   }
 }
 
-/// Counts the features that came back nearer to their instance's mask than a pausing person's may.
+/// Counts the features that are kept nearer to their instance's mask than a pausing person's may.
 int restored_beside(const Segmentation& segmentation, const FeatureLabels& labels,
                     const Shot& shot) {
   int count = 0;
@@ -233,7 +234,7 @@ TEST(MotionCrowd, DoesNotLeadTheCamerasMotionAstray) {
     if (frame == 61) {
       EXPECT_GT(restored_beside(shot.rendered.poor_segmentation, labels, shot), 0);
     }
-    const auto& over = workspace.get<detail::MotionScratch>().over[detail::short_baseline];
+    const auto& over = workspace.get<detail::MotionScratch>().found.over[detail::short_baseline];
     const cv::Vec3d truth = exact_prior(scene, frame).pose.translation;
     astray += cv::norm(over.pose.translation - truth) > 0.001 ? 1 : 0;
   }

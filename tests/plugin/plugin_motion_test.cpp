@@ -75,7 +75,7 @@ TEST_F(PluginMotion, DoesWhatTheFilterDoes) {
   MotionFilter filter(scene.camera());
   FeatureLabels labels;
   Workspace workspace;
-  std::size_t given_back = 0;
+  std::size_t kept_still = 0;
   for (const SyntheticFrame& shot : rendered) {
     cv::Mat no_descriptors;
     const std::vector<cv::KeyPoint> keypoints = corners_of(shot.frame.image);
@@ -95,8 +95,8 @@ TEST_F(PluginMotion, DoesWhatTheFilterDoes) {
               MotionOutcome::not_run);
     EXPECT_EQ(judged.size(), labels.statistics().kept());
     EXPECT_EQ(statistics.motion.outcome, labels.statistics().motion.outcome);
-    EXPECT_EQ(statistics.motion.given_back, labels.statistics().motion.given_back);
-    given_back += statistics.motion.given_back;
+    EXPECT_EQ(statistics.motion.kept_still, labels.statistics().motion.kept_still);
+    kept_still += statistics.motion.kept_still;
     std::vector<cv::KeyPoint> expected = keypoints;
     for (std::size_t i = 0; i < labels.size(); ++i) {
       expected[i].class_id = labels[i].reason == Reason::still ? 0 : -1;  // 0: a person
@@ -108,7 +108,7 @@ TEST_F(PluginMotion, DoesWhatTheFilterDoes) {
     }
     EXPECT_GE(judged.size() + statistics.moving, masked.size());
   }
-  EXPECT_GT(given_back, 50U);
+  EXPECT_GT(kept_still, 50U);
 }
 
 /// A host that makes two frames of each image, and a third of some of its features; masks of every

@@ -86,7 +86,7 @@ TEST_F(Program, RunJudgesMotionByDefault) {
   const nlohmann::json summary = read_json(folder / "summary.json");
   EXPECT_EQ(summary["rule"], "depth_motion");
   const auto frames = read_csv(folder / "frames.csv");
-  for (const char* name : {"moving", "given_back", "kept"}) {
+  for (const char* name : {"moving", "kept_still", "kept"}) {
     EXPECT_EQ(summary[name], sum_of(frames, name)) << name;
   }
   EXPECT_EQ(summary["features"].get<int>(),

@@ -4,6 +4,7 @@
 #ifndef DYNFILTER_MOTION_MOTION_FILTER_HPP
 #define DYNFILTER_MOTION_MOTION_FILTER_HPP
 
+#include <functional>
 #include <memory>
 
 #include "dynfilter/dynamic_filter.hpp"
@@ -14,12 +15,11 @@ namespace dynfilter {
 /// Options of MotionFilter, by stage.
 struct MotionFilterOptions {
   DynamicFilterOptions filter;  ///< for masks, depth and the floor
-  /// For what really moves. Its stale_age_s is that of the compensator's options for depth.
-  MotionJudgeOptions motion;
+  MotionJudgeOptions motion;    ///< for what really moves
 };
 
-/// DynamicFilter with motion evidence: masks and depth say what may be dynamic, motion says what
-/// is.
+/// DynamicFilter with one more stage, MotionJudge, for frames in order with depth and a camera:
+/// masks and depth say what may be dynamic, motion says what is.
 ///
 ///     dynfilter::MotionFilter filter(camera);  // one for each camera
 ///     filter.apply(frame, masks, keypoints, labels, workspace);  // every frame, in order
@@ -30,9 +30,10 @@ class MotionFilter {
  public:
   /// Takes camera and options. Throws std::invalid_argument for what one of the stages refuses.
   explicit MotionFilter(const Camera& camera, const MotionFilterOptions& options = {})
-      : judge_(std::make_unique<MotionJudge>(camera, motion_of(options))),
+      : judge_(std::make_unique<MotionJudge>(camera, options.motion,
+                                             options.filter.compensator.depth.stale_age_s)),
         pipeline_(MaskCuller(options.filter.mask_culler), Compensator(options.filter.compensator),
-                  Judging{judge_.get()}, FeatureFloor(options.filter.feature_floor)) {}
+                  std::ref(*judge_), FeatureFloor(options.filter.feature_floor)) {}
 
   /// Labels the frame's features, as Pipeline::apply.
   void apply(const FrameView& frame, SegmentationView segmentation, FeaturesView features,
@@ -44,25 +45,8 @@ class MotionFilter {
   MotionJudge& judge() { return *judge_; }
 
  private:
-  /// The judge as a stage, which may change it.
-  struct Judging {
-    MotionJudge* judge;
-
-    void check(const FilterInput& input) const { judge->check(input); }
-    void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
-      (*judge)(input, labels, workspace);
-    }
-  };
-
-  /// Returns the options of the judge, whose masks are as stale as those of the compensator.
-  static MotionJudgeOptions motion_of(const MotionFilterOptions& options) {
-    MotionJudgeOptions motion = options.motion;
-    motion.stale_age_s = options.filter.compensator.depth.stale_age_s;
-    return motion;
-  }
-
   std::unique_ptr<MotionJudge> judge_;  // where it stays when the filter moves
-  Pipeline<MaskCuller, Compensator, Judging, FeatureFloor> pipeline_;
+  Pipeline<MaskCuller, Compensator, std::reference_wrapper<MotionJudge>, FeatureFloor> pipeline_;
 };
 
 }  // namespace dynfilter

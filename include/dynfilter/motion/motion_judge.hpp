@@ -5,9 +5,6 @@
 #define DYNFILTER_MOTION_MOTION_JUDGE_HPP
 
 #include <memory>
-#include <vector>
-
-#include <opencv2/core.hpp>
 
 #include "dynfilter/camera.hpp"
 #include "dynfilter/filter_input.hpp"
@@ -20,12 +17,6 @@ namespace dynfilter {
 namespace detail {
 struct MotionMemory;
 }
-
-/// Where a feature was in the last frame, as a host tracked it.
-struct FeatureTrack {
-  cv::Point2f position;   ///< raw pixels of the last frame; meaningless if not found
-  bool is_found = false;  ///< whether the feature could be followed
-};
 
 /// Options of MotionJudge. Its other constants were chosen on rendered scenes of seeds 11 to 16 and
 /// on recorded frames; src/motion/ names them with their reasons.
@@ -40,15 +31,12 @@ struct MotionJudgeOptions {
   /// Features this near to the mask of an object that is not still are judged strictly, pixels:
   /// masks miss what moves with it. 0 to 1000.
   double fringe_px = 30;
-  /// Older masks are stale, seconds: the features on them may be the background's. 0 or more.
-  /// MotionFilter sets it as in DepthCompensatorOptions.
-  double stale_age_s = 0.02;
 };
 
-/// Decides by motion: features that move lose their place whatever they are on, and what stands
-/// still gets its features back, on a mask or beside one. Masks and depth say what may be dynamic,
-/// motion says what is. A stage for after the compensator and before FeatureFloor. motion/README.md
-/// names its steps.
+/// Decides by motion: removes the features that move, whatever they are on, and keeps those of what
+/// stands still, on a mask or beside one. Masks and depth say what may be dynamic, motion says what
+/// is. It is a stage for after the compensator and before FeatureFloor. motion/README.md names its
+/// steps.
 ///
 /// It remembers earlier frames: one judge for each camera, frames in order, one thread at a time.
 /// Equal frames in equal order give equal labels. Memory at 640x480: four grey images with their
@@ -56,8 +44,7 @@ struct MotionJudgeOptions {
 ///
 /// Abstains, changes nothing and says why in MotionStatistics: without an image, in the first
 /// frame, after a cut, a gap or a step back in time, where an image repeats, and where the tracks
-/// agree on no motion of the camera. In a frame in which it abstains, people who stand lose what
-/// they had got back.
+/// agree on no motion of the camera. In such a frame, the features of people who stand are removed.
 ///
 /// The image must be CV_8UC1 or CV_8UC3 (or CV_8UC4). Uses `frame.depth` where it exists, but not
 /// the depths of FeaturesView; without depth it needs a trusted prior in each frame.
@@ -65,8 +52,11 @@ struct MotionJudgeOptions {
 /// chosen at 30 frames a second. The camera must be that of the features' pixels.
 class MotionJudge {
  public:
-  /// Takes camera and options. Throws std::invalid_argument for values out of range.
-  explicit MotionJudge(const Camera& camera, const MotionJudgeOptions& options = {});
+  /// Takes camera and options, and the age in seconds, 0 or more, beyond which masks are stale: the
+  /// features on them may be the background's. Throws std::invalid_argument for values out of
+  /// range.
+  explicit MotionJudge(const Camera& camera, const MotionJudgeOptions& options = {},
+                       double stale_age_s = 0.02);
   /// Moves the judge; the source may only be destroyed or assigned to.
   MotionJudge(MotionJudge&&) noexcept;
   /// Moves the judge; the source may only be destroyed or assigned to.
@@ -82,17 +72,10 @@ class MotionJudge {
   /// are not above 0.
   void expect_motion(const PosePrior& prior);
 
-  /// Hands over where the host found the next frame's features in the last frame, for that frame
-  /// only. They are refined, and checked against the images. An empty vector hands over nothing.
-  void hand_over_tracks(std::vector<FeatureTrack> tracks);
-
-  /// Throws std::invalid_argument for an image of another type, and if the number of the host's
-  /// tracks is not that of the features; drops what was handed over for the frame then.
-  void check(const FilterInput& input) const;
-
-  /// Judges the features. Throws std::invalid_argument as `check`, and for labels of another
-  /// number; earlier frames are known as before then. After any other exception it has forgotten
-  /// everything. O(pixels + features x instances + seeds x features within 80 px).
+  /// Judges the features. Throws std::invalid_argument for an image of another type, and for labels
+  /// of another number than the features; earlier frames are known as before then.
+  /// After any other exception it has forgotten everything. O(pixels + features x instances +
+  /// candidates x features within 80 px).
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace);
 
   /// Forgets everything, like a new judge.
@@ -101,6 +84,7 @@ class MotionJudge {
  private:
   Camera camera_;
   MotionJudgeOptions options_;
+  double stale_age_s_;
   RelativePoseEstimator pose_estimator_;
   std::unique_ptr<detail::MotionMemory> memory_;
 };
