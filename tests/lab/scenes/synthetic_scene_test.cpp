@@ -189,7 +189,8 @@ TEST(LateMasks, AreTheNewestFinishedByASlowNetwork) {
     std::vector<std::uint64_t> frames;
     for (int i = 0; i < 13; ++i) {
       const Segmentation masks = scene.render(i).poor_segmentation;
-      EXPECT_DOUBLE_EQ(masks.timestamp_s, scene.timestamp_s(static_cast<int>(masks.frame_id)));
+      EXPECT_DOUBLE_EQ(masks.timestamp_s.value(),
+                       scene.timestamp_s(static_cast<int>(masks.frame_id)));
       frames.push_back(masks.frame_id);
     }
     return frames;
