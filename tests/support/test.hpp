@@ -43,6 +43,11 @@
 
 namespace dynfilter::testing {
 
+#if defined(__SANITIZE_THREAD__)
+// OpenCV is built without the sanitizer, which takes the hand-over between its threads for races.
+inline const bool opencv_has_one_thread = (cv::setNumThreads(1), true);
+#endif
+
 /// Fixture for tests on recorded sequences, which are not part of the project: DYNFILTER_DATA_DIR
 /// names the folder that holds data/<sequence>. Without it these tests report that they are
 /// skipped.
