@@ -58,16 +58,11 @@ class DYNFILTER_PLUGIN_API Plugin {
  public:
   /// Reads the keys "<prefix>.*" of an OpenCV YAML file. Another prefix serves another camera.
   ///
-  /// Throws std::runtime_error that names the file for
-  /// - a file that cannot be read, or has none of these keys (the message lists them, and says how
-  ///   to switch the filter off);
-  /// - a key that is unknown (the message names the nearest), repeated, in a block "<prefix>:", of
-  ///   a wrong type or out of range;
-  /// - a DepthMapFactor that is not a number of at least 0;
-  /// - masks that do not exist, and a network that cannot be loaded;
-  /// - `motion: 1` without the host's pinhole camera in the file;
-  /// - an output folder that cannot be written, would replace a file of somebody's, or lies in the
-  ///   folder of masks.
+  /// Throws std::runtime_error that names the file for one that cannot be read or has none of these
+  /// keys; for a key that is unknown (the message lists them), repeated, in a block "<prefix>:", of
+  /// a wrong type, out of range, or ignored beside the others; for masks, a network or a camera
+  /// that it needs and that cannot be loaded; and for an output folder that cannot be written, that
+  /// holds a file of somebody's, or that lies in the folder of masks.
   explicit Plugin(const std::string& settings_file, const std::string& prefix = "dynfilter");
   ~Plugin();
   /// Moves the plugin; `other` may then only be destroyed or assigned to.
@@ -77,16 +72,15 @@ class DYNFILTER_PLUGIN_API Plugin {
   Plugin(const Plugin&) = delete;
   Plugin& operator=(const Plugin&) = delete;
 
-  /// Hands over the frame's image before its filter(). `image` is CV_8UC1, CV_8UC3 in BGR order, or
-  /// CV_8UC4, whose fourth channel is ignored; with the setting `colour_order: "rgb"` both are in
-  /// RGB order. It has raw pixels, as the features do. Masks from a folder do not need it;
-  /// motion, overlays, and segmenters that look at images, do.
+  /// Hands over the frame's image before its filter(): raw pixels, as the features', CV_8UC1,
+  /// CV_8UC3 in BGR order, or CV_8UC4, whose fourth channel is ignored; the setting `colour_order`
+  /// may say RGB. Masks from a folder do not need it; motion, overlays, and segmenters that look at
+  /// images, do.
   ///
-  /// The frame's mask in a folder is read from now on, in a thread. With the setting `async` the
-  /// frame's masks are computed from now on, in parallel to the host, until filter(). Unless they
-  /// have four channels or RGB order, the pixels are shared until then, and not changed. Throws
-  /// std::invalid_argument for another image and for a time that is not finite, and
-  /// std::system_error if the thread cannot be started.
+  /// From now on a thread reads the frame's mask in a folder or, with the setting `async`, makes
+  /// its masks. Unless they have four channels or RGB order, the pixels are shared until filter(),
+  /// and not changed. Throws std::invalid_argument for another image and for a time that is not
+  /// finite, and std::system_error if the thread cannot be started.
   void submit(const cv::Mat& image, double timestamp_s);
 
   /// Hands over both images of a rectified pair before the frame's filter(). Their types are those

@@ -13,7 +13,7 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/dynfilter.hpp"
-#include "plugin/frame_answer.hpp"
+#include "plugin/host_input.hpp"
 #include "plugin/pair_depths.hpp"
 #include "plugin/plugin_settings.hpp"
 #ifdef DYNFILTER_HAS_MOTION

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "dynfilter/segmenters/mask_propagator.hpp"
-#include "plugin/frame_answer.hpp"
+#include "plugin/host_input.hpp"
 #include "plugin/plugin_settings.hpp"
 
 namespace dynfilter::detail {

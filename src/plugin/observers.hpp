@@ -3,17 +3,44 @@
 
 #pragma once
 
+#include <cstddef>
+#include <filesystem>
 #include <optional>
 #include <set>
 #include <string>
 
+#include <opencv2/core.hpp>
+
 #include "dynfilter/diagnosis/input_checks.hpp"
 #include "dynfilter/frame.hpp"
-#include "plugin/frame_answer.hpp"
+#include "plugin/host_input.hpp"
 #include "plugin/plugin_settings.hpp"
-#include "plugin/recorder.hpp"
 
 namespace dynfilter::detail {
+
+/// Records what the filter does: frames.csv, always complete up to the last frame, and an overlay
+/// of every n-th frame with a known image. Lists these files in `.dynfilter-plugin.txt`. Replaces
+/// the files that an earlier plugin listed there, and no others.
+class Recorder {
+ public:
+  /// Makes the folder, removes an earlier recording and begins a new one. Throws
+  /// std::runtime_error that names a folder that cannot be made, a file in the way, which no
+  /// earlier plugin wrote, and what cannot be removed or written.
+  Recorder(const std::filesystem::path& folder, int overlay_every);
+
+  /// Records a frame. Throws std::runtime_error that names what cannot be written; the next frame
+  /// may succeed.
+  void record(const FrameView& frame, const FrameAnswer& answer);
+
+ private:
+  void write_overlay(const std::string& name, const cv::Mat& overlay);
+  void add_table_row(const std::string& row) const;
+
+  std::filesystem::path folder_;
+  std::size_t overlay_every_;
+  std::size_t frames_ = 0;
+  std::set<std::string> overlays_;  // names of the overlays that were written
+};
 
 /// What sees an answer when the host has it: the recorder, the checks of the input, and the
 /// messages to standard error, each of which comes once.

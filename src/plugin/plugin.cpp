@@ -17,7 +17,6 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/frame.hpp"
 #include "io/process.hpp"
-#include "plugin/frame_answer.hpp"
 #include "plugin/frame_filter.hpp"
 #include "plugin/host_input.hpp"
 #include "plugin/mask_source.hpp"
