@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
@@ -12,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/keep_static.hpp"
@@ -109,6 +111,41 @@ TEST_F(PluginMotion, DoesWhatTheFilterDoes) {
     EXPECT_GE(judged.size() + statistics.moving, masked.size());
   }
   EXPECT_GT(kept_still, 50U);
+}
+
+/// Who stands still is marked again, though another frame failed and the mask shows nobody now.
+TEST_F(PluginMotion, MarksStillFeaturesOfAFrameThatIsFilteredAgain) {
+  const SyntheticScene scene = standing_people();
+  std::vector<SyntheticFrame> shots;
+  MaskFolderWriter writer(folder_.path() / "masks");
+  for (int i = 0; i < 9; ++i) {
+    shots.push_back(scene.render(i));
+    writer.add(shots.back().true_segmentation);
+  }
+  writer.finish();
+  std::filesystem::remove(folder_.path() / "masks/instances.csv");
+  Plugin plugin(settings(camera_keys));
+  const auto marks = [&](const SyntheticFrame& shot, double time_s) {
+    std::vector<cv::KeyPoint> keypoints = corners_of(shot.frame.image);
+    cv::Mat no_descriptors;
+    plugin.filter(time_s, shot.frame.depth, keypoints, no_descriptors);
+    std::vector<int> ids;
+    for (const cv::KeyPoint& keypoint : keypoints) ids.push_back(keypoint.class_id);
+    return ids;
+  };
+  std::vector<int> ids;
+  for (const SyntheticFrame& shot : shots) {
+    plugin.submit(shot.frame.image, shot.frame.timestamp_s);
+    ids = marks(shot, shot.frame.timestamp_s);
+  }
+  EXPECT_GT(std::count(ids.begin(), ids.end(), 0), 0);
+  for (const auto& mask : std::filesystem::directory_iterator(folder_.path() / "masks")) {
+    if (mask.path().extension() == ".png") {
+      cv::imwrite(mask.path().string(), cv::Mat1b::zeros(scene.options().image_size));
+    }
+  }
+  expect_error<std::runtime_error>([&] { marks(shots.back(), 1e5); }, "there is no such mask");
+  EXPECT_EQ(marks(shots.back(), shots.back().frame.timestamp_s), ids);
 }
 
 /// A host that makes two frames of each image, and a third of some of its features; masks of every
