@@ -34,14 +34,6 @@ TEST(PluginCamera, IsThatOfEitherHost) {
   EXPECT_EQ(read(orb_slam3).k1, 0.125);
 }
 
-TEST(PluginCamera, IsWithoutDistortionForRectifiedImages) {
-  const std::string given = orb_slam3 + std::string("Camera.type: ");
-  EXPECT_EQ(read(given + "\"PinHole\"\n").k1, 0.125);
-  const Camera rectified = read(given + "\"Rectified\"\n");
-  EXPECT_EQ(rectified.k1, 0);
-  EXPECT_EQ(rectified.fy, 510);
-}
-
 TEST(PluginCamera, IsThatOfTheImagesThatOrbSlam3Resized) {
   const std::string given = orb_slam3 + std::string("Camera.width: 640\nCamera.height: 480\n");
   EXPECT_EQ(read(given).fx, 500);

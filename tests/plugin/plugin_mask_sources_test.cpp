@@ -16,19 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-TEST_F(PluginTest, AsyncWaitMatchesSynchronous) {
-  Plugin without(settings()), with(settings("dynfilter.async: \"wait\"\n"));
-  EXPECT_EQ(kept_in_frames(with, frames), kept_in_frames(without, frames));
-  EXPECT_EQ(with.counters().without_masks, 0U);
-}
-
-TEST_F(PluginTest, AsyncFiltersFramesNeverSubmitted) {
-  Plugin plugin(settings("dynfilter.async: \"wait\"\n"));
-  HostFrame frame(0);
-  EXPECT_GT(plugin.filter(frame.timestamp_s, frame.keypoints, frame.descriptors).masked, 0U);
-  EXPECT_EQ(plugin.counters().never_submitted, 1U);
-}
-
 TEST_F(PluginTest, AFrameGetsItsOwnMasksWhateverWasFilteredBefore) {
   Plugin usual(settings());
   for (const char* lines : {"", "dynfilter.async: \"wait\"\n", "dynfilter.propagate: \"yes\"\n",

@@ -97,15 +97,6 @@ TEST_F(PluginTest, TellsAStereoHostAloneThatItsMapCannotBegin) {
   }
 }
 
-TEST_F(PluginTest, StereoFeaturesStayWithoutMasks) {
-  Plugin plugin(settings("dynfilter.missing_masks: \"keep\"\n"));
-  StereoFrame frame(0);
-  frame.timestamp_s += 1000;
-  const std::size_t all = frame.keypoints.size();
-  EXPECT_EQ(frame.filter_with(plugin).kept(), all);
-  frame.expect_in_step();
-}
-
 TEST_F(PluginTest, NamesAStereoColumnThatDoesNotFit) {
   Plugin plugin(settings());
   const auto refuses = [&](StereoFrame frame, const std::string& part) {

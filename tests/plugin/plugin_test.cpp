@@ -327,12 +327,5 @@ TEST_F(PluginTest, TakesImagesOfEveryOrderOfColours) {
   EXPECT_NE(overlays[4], overlays[0]) << "the test needs colours";
 }
 
-TEST_F(PluginTest, CanBeMoved) {
-  Plugin first(settings());
-  Plugin second(std::move(first));
-  HostFrame frame(0);
-  EXPECT_GT(filter_rgbd(second, frame).masked, 0U);
-}
-
 }  // namespace
 }  // namespace dynfilter::testing
