@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <exception>
-#include <future>
 #include <stdexcept>
 #include <utility>
 
@@ -53,33 +52,32 @@ void require_submitted(const FrameView& frame, const std::optional<std::uint64_t
 class ReadAhead final : public MaskSource {
  public:
   ReadAhead(const std::string& folder, const MaskFolderOptions& options)
-      : may_be_missing_(options.allow_missing), folder_(folder, options) {}
+      : may_be_missing_(options.allow_missing),
+        folder_(std::make_shared<MaskFolderSegmenter>(folder, options)) {}
 
   void submit(const FrameView& frame) override {
-    if (!folder_.has_mask(frame.timestamp_s)) return;
-    FrameView ahead;  // nobody changes it meanwhile: it has no image
+    ahead_.reset();
+    if (!folder_->has_mask(frame.timestamp_s)) return;
+    if (!thread_) {
+      AsyncSegmenterOptions options;
+      options.hand_over = HandOver::wait;
+      thread_.emplace(std::make_unique<Reader>(folder_), options);
+    }
+    thread_->reset();  // nobody asks for an earlier frame any more
+    FrameView ahead;   // without the image, which the thread would copy
     ahead.id = frame.id;
-    ahead.timestamp_s = ahead_s_ = frame.timestamp_s;
-    reading_ = std::async(std::launch::async, [this, ahead] {
-      try {
-        return segment_now(folder_, ahead);
-      } catch (const std::exception&) {
-        return FrameMasks();  // it is read again, which tells why it fails
-      }
-    });
+    ahead.timestamp_s = frame.timestamp_s;
+    thread_->submit(ahead);
+    ahead_ = ahead;
   }
 
   FrameMasks masks_for(const FrameView& frame) override {
-    const bool has_mask = folder_.has_mask(frame.timestamp_s);
+    const bool has_mask = folder_->has_mask(frame.timestamp_s);
     if (!has_mask && may_be_missing_) return {};
-    if (reading_.valid()) {
-      FrameMasks masks = reading_.get();
-      const cv::Size size = frame.image.empty() ? frame.depth.size() : frame.image.size();
-      const bool is_own = masks.segmentation && ahead_s_ == frame.timestamp_s;
-      if (is_own && (size.empty() || size == masks.segmentation->image_size)) return masks;
-    }
+    FrameMasks masks = collect(frame);
+    if (masks.segmentation) return masks;
     try {
-      return segment_now(folder_, frame);
+      return segment_now(*folder_, frame);
     } catch (const std::runtime_error& error) {
       if (has_mask) throw BrokenMask(error.what());
       throw;
@@ -87,10 +85,34 @@ class ReadAhead final : public MaskSource {
   }
 
  private:
+  /// Lets the thread read the folder that this one asks, too.
+  struct Reader final : Segmenter {
+    explicit Reader(std::shared_ptr<MaskFolderSegmenter> from) : folder(std::move(from)) {}
+    Segmentation do_segment(const FrameView& frame) override { return folder->segment(frame); }
+
+    std::shared_ptr<MaskFolderSegmenter> folder;
+  };
+
+  /// Returns what the thread read, if it is for exactly this frame.
+  FrameMasks collect(const FrameView& frame) {
+    const std::optional<FrameView> ahead = std::exchange(ahead_, std::nullopt);
+    FrameMasks masks;
+    try {
+      if (ahead) masks.segmentation = thread_->collect(ahead->id);
+    } catch (const std::exception&) {  // it is read again, which tells why it fails
+    }
+    const cv::Size size = frame.image.empty() ? frame.depth.size() : frame.image.size();
+    const bool is_own = masks.segmentation && ahead->timestamp_s == frame.timestamp_s &&
+                        (size.empty() || size == masks.segmentation->image_size);
+    if (!is_own) return {};
+    masks.made_s = thread_->statistics().last_inference_s;
+    return masks;
+  }
+
   bool may_be_missing_;
-  MaskFolderSegmenter folder_;
-  double ahead_s_ = 0;
-  std::future<FrameMasks> reading_;  // of the frame of this time; ends first
+  std::shared_ptr<MaskFolderSegmenter> folder_;
+  std::optional<AsyncSegmenter> thread_;  // from the first frame on that it can read
+  std::optional<FrameView> ahead_;        // the frame that it reads
 };
 
 /// Segments the submitted frame when its masks are asked for, in the calling thread.
