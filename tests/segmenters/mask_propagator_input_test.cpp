@@ -142,7 +142,7 @@ TEST(ImageSize, ImpossibleSizesAreRefused) {
       expect_error<std::invalid_argument>(
           [&] { take(segmentation_of(size)); },
           "got image_size " + detail::size_name(size) +
-              "; want sides of at most 1048576 pixels and at most 1073741824 pixels in all");
+              "; want sides of 0 to 1048576 pixels and at most 1073741824 pixels in all");
     }
   }
 }
