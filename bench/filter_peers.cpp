@@ -113,10 +113,9 @@ class NaiveFilter {
     std::vector<SampleCandidate> sample;
     for (std::size_t i = 0; i < masked.size(); ++i) {
       if (masked[i] != static_cast<int>(k) || metres(i) == 0) continue;
-      const cv::Point in_box = pixel(i) - instance.box.tl();
-      sample.push_back({sampler.key(input_.frame.id, k, in_box), in_box, i});
+      sample.push_back({pixel(i) - instance.box.tl(), i});
     }
-    sampler.draw(sample);
+    sampler.draw(input_.frame.id, k, sample);
     std::vector<double> depths, sampled_codes;
     for (const SampleCandidate& candidate : sample) {
       depths.push_back(metres(candidate.feature));

@@ -36,9 +36,9 @@ struct EdgeCompensatorOptions {
   std::size_t samples = 20;  ///< features of FP_object to estimate the ranges from
   std::uint64_t seed = 0;    ///< seed of the random sample
   /// Estimator of the depth range: outlier rule, its factor, expansion in metres.
-  RangeEstimatorOptions depth = {OutlierRule::median_absolute_deviation, 3.0, 0.10};
+  RangeEstimatorOptions depth = {OutlierRule::median_absolute_deviation, {}, 0.10};
   /// Estimator of the code range, the same; expansion in codes, which go from 0 to 255.
-  RangeEstimatorOptions code = {OutlierRule::median_absolute_deviation, 3.0, 16.0};
+  RangeEstimatorOptions code = {OutlierRule::median_absolute_deviation, {}, 16.0};
   MissingDepth missing_depth = MissingDepth::keep;  ///< verdict on features without depth or code
 
   /// Returns the paper's rule, with values of ours where the paper gives none (see the map of the
@@ -129,8 +129,8 @@ class EdgeCompensator {
       if (code) scratch.codes.push_back(*code);
     }
     statistics.sampled = scratch.candidates.size();
-    statistics.depth_range_m = depth_range_.estimate(scratch.depths_m);
-    statistics.code_range = code_range_.estimate(scratch.codes);
+    statistics.depth_range_m = depth_range_.estimate_in_place(scratch.depths_m);
+    statistics.code_range = code_range_.estimate_in_place(scratch.codes);
     if (statistics.depth_range_m.empty()) return Compensation::too_few_samples;
     if (!has_image) return Compensation::applied_without_image;
     return statistics.code_range.empty() ? Compensation::too_few_samples : Compensation::applied;
@@ -153,10 +153,9 @@ class EdgeCompensator {
       const std::optional<double> depth_m =
           has_image ? input.frame.depth_m(pixel) : input.features.depth_m(i);
       if (!depth_m) continue;
-      const cv::Point in_box = detail::wrapping_difference(pixel, instance.box.tl());
-      candidates.push_back({sampler_.key(input.frame.id, k, in_box), in_box, i, *depth_m});
+      candidates.push_back({detail::wrapping_difference(pixel, instance.box.tl()), i, *depth_m});
     }
-    sampler_.draw(candidates);
+    sampler_.draw(input.frame.id, k, candidates);
   }
 
   /// Applies eq. (1), without a depth image its test of depth, to every feature in the box that is

@@ -19,10 +19,10 @@ namespace dynfilter {
 
 /// Feature that may be sampled.
 struct SampleCandidate {
-  std::uint64_t key = 0;    ///< FeatureSampler::key of the feature
   cv::Point pixel;          ///< pixel relative to the box
   std::size_t feature = 0;  ///< index of the feature
   double depth_m = 0;       ///< its depth, metres
+  std::uint64_t key = 0;    ///< FeatureSampler::key of the feature, which draw writes
 };
 
 /// Draws "several feature points" of an object at random (paper section 3.2) without a stateful
@@ -48,11 +48,13 @@ class FeatureSampler {
   /// Number of features to draw.
   std::size_t samples() const { return samples_; }
 
-  /// Reduces the candidates to the sample: those with the smallest keys, or all if there are fewer,
-  /// in no particular order. Equal keys are ordered by their pixels (row, then column), then by
-  /// their depths; features that agree in all are interchangeable. O(candidates).
-  void draw(std::vector<SampleCandidate>& candidates) const {
+  /// Reduces the candidates of an instance to its sample: those with the smallest keys, or all if
+  /// there are fewer, in no particular order. Equal keys are ordered by their pixels (row, then
+  /// column), then by their depths; features that agree in all are interchangeable. O(candidates).
+  void draw(std::uint64_t frame_id, std::size_t instance,
+            std::vector<SampleCandidate>& candidates) const {
     if (candidates.size() <= samples_) return;
+    for (SampleCandidate& one : candidates) one.key = key(frame_id, instance, one.pixel);
     const auto sample_end = candidates.begin() + static_cast<std::ptrdiff_t>(samples_);
     std::nth_element(candidates.begin(), sample_end, candidates.end(),
                      [](const SampleCandidate& a, const SampleCandidate& b) {

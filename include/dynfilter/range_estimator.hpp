@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <iterator>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "dynfilter/detail/errors.hpp"
@@ -33,8 +34,8 @@ enum class OutlierRule {
 /// Options of RangeEstimator.
 struct RangeEstimatorOptions {
   OutlierRule outlier_rule = OutlierRule::median_absolute_deviation;  ///< which values are rejected
-  /// Factor of the rule; customary: 3 for MAD, 1.5 for the inter-quartile range.
-  double outlier_factor = 3.0;
+  /// Factor of the rule; not set = the customary one: 3 for MAD, 1.5 for the inter-quartile range.
+  std::optional<double> outlier_factor;
   double expansion = 0.0;  ///< added on both sides, in the unit of the values
 };
 
@@ -48,19 +49,25 @@ class RangeEstimator {
 
   /// Takes the options. Throws std::invalid_argument for a factor or expansion that is negative or
   /// not finite.
-  explicit RangeEstimator(const RangeEstimatorOptions& options = {}) : options_(options) {
+  explicit RangeEstimator(const RangeEstimatorOptions& options = {})
+      : options_(options),
+        factor_(options.outlier_factor.value_or(
+            options.outlier_rule == OutlierRule::interquartile_range ? 1.5 : 3.0)) {
     const auto require = [](const char* name, double value) {
       detail::OptionCheck("RangeEstimator")(std::isfinite(value) && value >= 0, name, value,
                                             "a finite number of at least 0");
     };
-    require("outlier_factor", options.outlier_factor);
+    require("outlier_factor", factor_);
     require("expansion", options.expansion);
   }
 
-  /// Returns the range of the sampled values, and sorts them. The range is empty if there are fewer
-  /// values than min_samples or (with a factor below 1) all are outliers. Throws
-  /// std::invalid_argument for a value that is not finite. Allocates nothing. O(n log n).
-  ValueRange estimate(std::vector<double>& values) const {
+  /// Returns the range of the sampled values. It is empty if there are fewer values than
+  /// min_samples or (with a factor below 1) all are outliers. Throws std::invalid_argument for a
+  /// value that is not finite. O(n log n).
+  ValueRange estimate(std::vector<double> values) const { return estimate_in_place(values); }
+
+  /// Returns the same range, and sorts the values in place. Allocates nothing.
+  ValueRange estimate_in_place(std::vector<double>& values) const {
     for (const double value : values) {
       if (!std::isfinite(value)) {
         detail::throw_misuse("RangeEstimator", detail::concatenate("the value ", value),
@@ -81,13 +88,13 @@ class RangeEstimator {
     if (options_.outlier_rule == OutlierRule::interquartile_range) {
       const double lower = quantile(sorted, 0.25);
       const double upper = quantile(sorted, 0.75);
-      const double reach = options_.outlier_factor * (upper - lower);
+      const double reach = factor_ * (upper - lower);
       return {lower - reach, upper + reach};
     }
     const double median = quantile(sorted, 0.5);
     const double deviation = standard_deviation(sorted, median);
-    const double reach = deviation > 0 ? options_.outlier_factor * deviation
-                                       : std::numeric_limits<double>::infinity();
+    const double reach =
+        deviation > 0 ? factor_ * deviation : std::numeric_limits<double>::infinity();
     return {median - reach, median + reach};
   }
 
@@ -130,6 +137,7 @@ class RangeEstimator {
   }
 
   RangeEstimatorOptions options_;
+  double factor_;
 };
 
 }  // namespace dynfilter

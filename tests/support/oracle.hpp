@@ -81,10 +81,12 @@ inline ValueRange oracle_range(std::vector<double> values, const RangeEstimatorO
   std::sort(values.begin(), values.end());
   const double median = oracle_quantile(values, 0.5);
   double lower = 0, upper = 0;
-  if (options.outlier_rule == OutlierRule::interquartile_range) {
+  const bool is_tukeys = options.outlier_rule == OutlierRule::interquartile_range;
+  const double factor = options.outlier_factor.value_or(is_tukeys ? 1.5 : 3);
+  if (is_tukeys) {
     lower = oracle_quantile(values, 0.25);
     upper = oracle_quantile(values, 0.75);
-    const double reach = options.outlier_factor * (upper - lower);
+    const double reach = factor * (upper - lower);
     lower -= reach;
     upper += reach;
   } else {
@@ -101,7 +103,7 @@ inline ValueRange oracle_range(std::vector<double> values, const RangeEstimatorO
     double scale = 1.4826 * mad;
     if (scale == 0) scale = 1.2533 * sum / static_cast<double>(values.size());
     if (scale == 0) scale = INFINITY;
-    const double reach = std::isinf(scale) ? INFINITY : options.outlier_factor * scale;
+    const double reach = std::isinf(scale) ? INFINITY : factor * scale;
     lower = median - reach;
     upper = median + reach;
   }
