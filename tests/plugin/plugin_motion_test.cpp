@@ -32,8 +32,6 @@ constexpr const char* camera_keys =
 
 class PluginMotion : public ::testing::Test {
  protected:
-  PluginMotion() { cv::setNumThreads(1); }  // see PluginTest
-
   std::string settings(const std::string& more) {
     const auto file = folder_.path() / "host.yaml";
     std::ofstream(file) << "%YAML:1.0\n---\nDepthMapFactor: 5000\ndynfilter.mask_folder: \""

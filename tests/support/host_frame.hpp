@@ -124,8 +124,6 @@ class PluginTest : public ::testing::Test {
   static constexpr int frames = 6;
 
   PluginTest() {
-    // The thread sanitizer does not see how OpenCV's own threads wait for each other.
-    cv::setNumThreads(1);
     MaskFolderWriter writer(masks());
     for (int i = 0; i < frames; ++i) writer.add(HostFrame(i).segmentation);
     writer.finish();
