@@ -66,7 +66,6 @@ void bind_instance(py::module_& module);
 void bind_segmentation(py::module_& module);
 void bind_statistics(py::module_& module);
 void bind_labels(py::module_& module);
-void bind_keep_static(py::module_& module);
 void bind_filter(py::module_& module);
 void bind_host_masks(py::module_& module);
 void bind_segmenters(py::module_& module);

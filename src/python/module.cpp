@@ -16,7 +16,6 @@ PYBIND11_MODULE(_dynfilter, module) {
   bind_segmentation(module);
   bind_statistics(module);
   bind_labels(module);
-  bind_keep_static(module);
   bind_filter(module);
   bind_host_masks(module);
   bind_segmenters(module);

@@ -146,7 +146,7 @@ def errors(folder, *files):
 @needs_stub
 def test_every_class_is_in_the_stub():
     named = set(re.findall(r"^(?:class|def) (\w+)", STUB.read_text(), flags=re.M))
-    assert set(dynfilter.__all__) - named == set()
+    assert set(dynfilter.__all__) - named == {"keep_static"}  # that one is written in Python
 
 
 @needs_stub
