@@ -132,8 +132,8 @@ cv::Mat matrix_from(const py::object& object, Pixels kind, const Argument& argum
   return matrix;
 }
 
-OptionalArray array_of(const cv::Mat& matrix, bool is_writeable) {
-  if (matrix.empty()) return OptionalArray(py::none());
+std::optional<py::array> array_of(const cv::Mat& matrix, bool is_writeable) {
+  if (matrix.empty()) return {};
   std::string type = matrix.depth() == CV_8U    ? "u1"
                      : matrix.depth() == CV_16U ? "u2"
                      : matrix.depth() == CV_32F ? "f4"
@@ -147,7 +147,7 @@ OptionalArray array_of(const cv::Mat& matrix, bool is_writeable) {
         py::reinterpret_borrow<py::array>(static_cast<PyObject*>(matrix.u->userdata));
     const bool is_whole = matrix.data == array.data() && array.shape(0) == matrix.rows &&
                           array.shape(1) == matrix.cols;
-    if (is_whole) return OptionalArray(array);
+    if (is_whole) return array;
     if (array.dtype().kind() == 'b') type = "?";
   }
   std::vector<py::ssize_t> shape = {matrix.rows, matrix.cols};
@@ -161,7 +161,7 @@ OptionalArray array_of(const cv::Mat& matrix, bool is_writeable) {
                           [](void* pixels) { delete static_cast<cv::Mat*>(pixels); });
   py::array array(py::dtype(type), shape, strides, matrix.data, owner);
   if (!is_writeable) array.attr("setflags")(py::arg("write") = false);
-  return OptionalArray(array);
+  return array;
 }
 
 FeaturesView features_from(const py::array& points, const char* component) {
@@ -195,13 +195,6 @@ py::array_t<double, py::array::c_style> numbers_from(const py::object& object,
     refuse(array, argument, "numbers");
   }
   return py::array_t<double, py::array::c_style | py::array::forcecast>(array);
-}
-
-py::array view_of(const py::dtype& type, py::ssize_t count, py::ssize_t stride, const void* first,
-                  py::handle owner) {
-  py::array array(type, {count}, {stride}, first, owner);
-  array.attr("setflags")(py::arg("write") = false);
-  return array;
 }
 
 }  // namespace dynfilter::python

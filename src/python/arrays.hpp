@@ -5,8 +5,8 @@
 
 #pragma once
 
+#include <optional>
 #include <string>
-#include <utility>
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -28,18 +28,6 @@ struct Argument {
   const char* name;  ///< with its article: "an image"
 };
 
-/// An array, as signatures and the stub name it.
-class Array : public py::object {
- public:
-  Array() = default;
-  explicit Array(py::object array) : py::object(std::move(array)) {}
-};
-
-/// An array or None.
-class OptionalArray : public Array {
-  using Array::Array;
-};
-
 /// Returns an object as an array: itself, or what numpy.asarray makes of it. A tensor on the CPU
 /// shares its memory.
 py::array array_from(const py::object& object);
@@ -56,7 +44,7 @@ cv::Mat matrix_from(const py::object& object, Pixels kind, const Argument& argum
 /// Returns a matrix as an array that shares its pixels and keeps them alive; None for an empty one.
 /// A matrix that views a whole array is that array. Others are read-only unless `is_writeable`,
 /// because they may share pixels with other matrices.
-OptionalArray array_of(const cv::Mat& matrix, bool is_writeable = false);
+std::optional<py::array> array_of(const cv::Mat& matrix, bool is_writeable = false);
 
 /// Views an array of N x 2 or N x 1 x 2 points, float32, as features. The rows may have any
 /// distance. The view must not outlive the array. Throws std::invalid_argument like matrix_from.
@@ -67,23 +55,4 @@ FeaturesView features_from(const py::array& points, const char* component);
 py::array_t<double, py::array::c_style> numbers_from(const py::object& object,
                                                      const Argument& argument);
 
-/// Makes an array of this type and shape that shows the memory of `owner`, which it keeps alive.
-/// It is read-only.
-py::array view_of(const py::dtype& type, py::ssize_t count, py::ssize_t stride, const void* first,
-                  py::handle owner);
-
 }  // namespace dynfilter::python
-
-namespace pybind11::detail {
-
-template <>
-struct handle_type_name<dynfilter::python::Array> {
-  static constexpr auto name = const_name("numpy.ndarray");
-};
-
-template <>
-struct handle_type_name<dynfilter::python::OptionalArray> {
-  static constexpr auto name = const_name("Optional[numpy.ndarray]");
-};
-
-}  // namespace pybind11::detail

@@ -13,12 +13,12 @@
 namespace dynfilter::python {
 
 void bind_checks(py::module_& module) {
-  ValueClass<InputFinding>(module, "InputFinding", "Finding of InputChecks.")
-      .field("check", &InputFinding::check, "name of the check, such as depth_unit")
-      .field("sentence", &InputFinding::sentence, "what is wrong, and what to do")
-      .field("is_hopeless", &InputFinding::is_hopeless,
-             "no result can be right before it is mended")
-      .prints({"check", "sentence"});
+  py::class_<InputFinding> finding(module, "InputFinding", "Finding of InputChecks.");
+  add_text(finding, {"check", "sentence"});
+  finding.def_readonly("check", &InputFinding::check, "name of the check, such as depth_unit")
+      .def_readonly("sentence", &InputFinding::sentence, "what is wrong, and what to do")
+      .def_readonly("is_hopeless", &InputFinding::is_hopeless,
+                    "no result can be right before it is mended");
   py::class_<InputChecks>(module, "InputChecks",
                           R"(Checks what goes into a filter, without ground truth: camera, times,
 images, depth, masks and features. Each check needs 8 frames.
@@ -49,9 +49,10 @@ wanted_features: number asked for in each frame; 0: unknown)")
           py::arg("fx"), py::arg("fy"), py::arg("cx"), py::arg("cy"), "Notes the camera, pixels.")
       .def(
           "add",
-          [](InputChecks& self, const FrameView& frame, const py::object& segmentation,
-             const py::object& points, const FrameStatistics* statistics) {
-            const SegmentationView masks = segmentation_of(segmentation, "InputChecks");
+          [](InputChecks& self, const FrameView& frame,
+             const std::optional<Segmentation>& segmentation, const py::object& points,
+             const FrameStatistics* statistics) {
+            const SegmentationView masks = segmentation_view(segmentation);
             if (points.is_none()) return self.add(frame, masks, {}, statistics);
             const Features features(points, py::none(), "InputChecks");
             self.add(frame, masks, features.view(), statistics);

@@ -2,17 +2,12 @@
 // SPDX-License-Identifier: MIT
 
 #include <cstddef>
-#include <memory>
-#include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/overlay.hpp"
 #include "filter_arguments.hpp"
-#include "unlocked.hpp"
-#include "values.hpp"
 
 namespace dynfilter::python {
 
@@ -49,25 +44,20 @@ Features::Features(const py::object& points, const py::object& depths_m, const c
   view_ = view_.with_depths(depths_m_);
 }
 
-SegmentationView segmentation_of(const py::object& argument, const char* component) {
-  if (argument.is_none()) return {};
-  if (!py::isinstance<Segmentation>(argument)) {
-    throw py::type_error(detail::concatenate(component, ": got a segmentation of type ",
-                                             type_name(argument),
-                                             "; want a Segmentation or None; see "
-                                             "Segmentation.from_masks"));
-  }
-  return argument.cast<const Segmentation&>();
+MaskCullerOptions culler_options(std::vector<int> dynamic_classes, double margin_px,
+                                 const py::object& static_mask) {
+  MaskCullerOptions options;
+  options.dynamic_classes = std::move(dynamic_classes);
+  options.margin_px = margin_px;
+  options.static_mask = matrix_from(static_mask, Pixels::mask, {"MaskCuller", "a static_mask"});
+  return options;
 }
 
 DynamicFilterOptions filter_options(std::vector<int> dynamic_classes, double margin_px,
                                     const py::object& static_mask, CompensationRule rule,
                                     double half_width_m, std::size_t floor) {
   DynamicFilterOptions options;
-  options.mask_culler.dynamic_classes = std::move(dynamic_classes);
-  options.mask_culler.margin_px = margin_px;
-  options.mask_culler.static_mask =
-      matrix_from(static_mask, Pixels::mask, {"MaskCuller", "a static_mask"});
+  options.mask_culler = culler_options(std::move(dynamic_classes), margin_px, static_mask);
   options.compensator.rule = rule;
   options.compensator.depth.half_width_m = half_width_m;
   options.feature_floor = {floor};
@@ -76,43 +66,8 @@ DynamicFilterOptions filter_options(std::vector<int> dynamic_classes, double mar
 
 namespace {
 
-/// Arguments of filter_options, in their order: what a pickled filter is.
-using FilterState =
-    std::tuple<std::vector<int>, double, py::object, CompensationRule, double, std::size_t>;
-
-FilterState state_of(const DynamicFilterOptions& options) {
-  const MaskCullerOptions& culler = options.mask_culler;
-  return {culler.dynamic_classes,
-          culler.margin_px,
-          array_of(culler.static_mask),
-          options.compensator.rule,
-          options.compensator.depth.half_width_m,
-          options.feature_floor.floor};
-}
-
-/// DynamicFilter with its options.
-class SharedFilter {
- public:
-  explicit SharedFilter(const DynamicFilterOptions& options)
-      : filter_(options), options_(options) {}
-
-  const DynamicFilterOptions& options() const { return options_; }
-
-  FeatureLabels apply(const FrameView& frame, const py::object& masks, const py::object& points,
-                      const py::object& depths_m) {
-    const SegmentationView segmentation = segmentation_of(masks, "DynamicFilter");
-    const Features features(points, depths_m, "DynamicFilter");
-    const Unlocked unlock;
-    return filter_.apply(frame, segmentation, features.view());
-  }
-
- private:
-  DynamicFilter filter_;
-  DynamicFilterOptions options_;
-};
-
-Array draw(const py::object& image, const Segmentation& segmentation, const py::object& points,
-           const FeatureLabels& labels) {
+py::array draw(const py::object& image, const Segmentation& segmentation, const py::object& points,
+               const FeatureLabels& labels) {
   const cv::Mat pixels = matrix_from(image, Pixels::image, {"draw_overlay", "an image"});
   const Features features(points, py::none(), "draw_overlay");
   cv::Mat drawing;
@@ -120,7 +75,7 @@ Array draw(const py::object& image, const Segmentation& segmentation, const py::
     const Unlocked unlock;
     drawing = draw_overlay(pixels, segmentation, features.view(), labels);
   }
-  return Array(array_of(drawing, true));
+  return array_of(drawing, true).value();
 }
 
 }  // namespace
@@ -131,7 +86,7 @@ void bind_filter(py::module_& module) {
       .value("depth", CompensationRule::depth, "the object's depth, the default")
       .value("paper", CompensationRule::paper, "the paper's eq. (1)")
       .value("mask", CompensationRule::mask, "masks act alone");
-  py::class_<SharedFilter> filter(
+  py::class_<DynamicFilter> filter(
       module, "DynamicFilter",
       R"(Filter of the paper's section 3. It removes the features on prior dynamic objects (3.1),
 then the features that the masks missed (3.2): by the object's depth, CompensationRule.depth, or
@@ -142,11 +97,7 @@ by the paper's own rule, CompensationRule.paper.
 
 Without a depth image or depths_m only masks act. Two filters share nothing. Many threads may
 use one filter at once.)");
-  add_filter_members(filter);
-  filter.def(py::pickle([](const SharedFilter& self) { return state_of(self.options()); },
-                        [](const FilterState& state) {
-                          return std::make_unique<SharedFilter>(std::apply(filter_options, state));
-                        }));
+  add_filter_members(filter, "DynamicFilter");
 
   module.def(
       "draw_overlay", &draw, py::arg("image"), py::arg("segmentation"), py::arg("features"),

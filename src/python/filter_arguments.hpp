@@ -7,12 +7,14 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "dynfilter/dynamic_filter.hpp"
+#include "unlocked.hpp"
 
 namespace dynfilter::python {
 
@@ -30,9 +32,14 @@ class Features {
   FeaturesView view_;
 };
 
-/// Returns the segmentation of a call, none for None. Throws Python's TypeError for another
-/// object, such as an array of masks.
-SegmentationView segmentation_of(const py::object& argument, const char* component);
+/// Views the segmentation of a call, none for None.
+inline SegmentationView segmentation_view(const std::optional<Segmentation>& segmentation) {
+  return segmentation ? SegmentationView(*segmentation) : SegmentationView();
+}
+
+/// Makes the options of the stage for masks from its keyword arguments.
+MaskCullerOptions culler_options(std::vector<int> dynamic_classes, double margin_px,
+                                 const py::object& static_mask);
 
 /// Makes the options of a filter from its keyword arguments.
 DynamicFilterOptions filter_options(std::vector<int> dynamic_classes, double margin_px,
@@ -44,9 +51,9 @@ extern const char* const filter_options_doc;
 extern const char* const apply_doc;
 
 /// Adds what the classes of both filters have. `First` are arguments of the constructor before the
-/// options.
+/// options, `component` names the class in errors.
 template <class Filter, class... First, class... Names>
-void add_filter_members(py::class_<Filter>& bound, const Names&... names) {
+void add_filter_members(py::class_<Filter>& bound, const char* component, const Names&... names) {
   bound
       .def(py::init([](First... first, std::vector<int> dynamic_classes, double margin_px,
                        const py::object& static_mask, CompensationRule rule, double half_width_m,
@@ -60,8 +67,17 @@ void add_filter_members(py::class_<Filter>& bound, const Names&... names) {
            py::arg_v("rule", CompensationRule::depth, "CompensationRule.depth"),
            py::arg("half_width_m") = DepthCompensatorOptions().half_width_m, py::arg("floor") = 0,
            filter_options_doc)
-      .def("apply", &Filter::apply, py::arg("frame"), py::arg("segmentation"), py::arg("features"),
-           py::arg("depths_m") = py::none(), apply_doc);
+      .def(
+          "apply",
+          [component](Filter& self, const FrameView& frame,
+                      const std::optional<Segmentation>& segmentation, const py::object& points,
+                      const py::object& depths_m) {
+            const Features features(points, depths_m, component);
+            const Unlocked unlock;
+            return self.apply(frame, segmentation_view(segmentation), features.view());
+          },
+          py::arg("frame"), py::arg("segmentation"), py::arg("features"),
+          py::arg("depths_m") = py::none(), apply_doc);
 }
 
 }  // namespace dynfilter::python

@@ -4,12 +4,10 @@
 #include "dynfilter/frame.hpp"
 
 #include <cstdint>
-#include <string>
-#include <tuple>
 
 #include "arrays.hpp"
 #include "bindings.hpp"
-#include "dynfilter/detail/errors.hpp"
+#include "values.hpp"
 
 namespace dynfilter::python {
 namespace {
@@ -27,34 +25,17 @@ FrameView make_frame(std::uint64_t id, double timestamp_s, const py::object& ima
   return frame;
 }
 
-/// Arguments of make_frame: what a pickled frame is.
-using FrameState = std::tuple<std::uint64_t, double, py::object, py::object, double>;
-
-FrameState state_of(const FrameView& frame) {
-  return {frame.id, frame.timestamp_s, array_of(frame.image), array_of(frame.depth),
-          frame.metres_per_unit};
-}
-
-std::string text_of(const FrameView& frame) {
-  const auto size = [](const cv::Mat& matrix) {
-    return matrix.empty() ? std::string("none") : detail::size_name(matrix.size());
-  };
-  return detail::concatenate("FrameView(id=", frame.id,
-                             ", timestamp_s=", std::string(py::str(py::float_(frame.timestamp_s))),
-                             ", image ", size(frame.image), ", depth ", size(frame.depth), ")");
-}
-
 }  // namespace
 
 void bind_frame(py::module_& module) {
-  py::class_<FrameView>(module, "FrameView", R"(One frame: pixels, time and number.
+  py::class_<FrameView> view(module, "FrameView", R"(One frame: pixels, time and number.
 
 It refers to your arrays: nothing is copied, and it keeps them alive. The library only reads them.
 Every member may be None; a component that needs one says so in its error.
 
     frame = dynfilter.FrameView(image=image, depth=depth, metres_per_unit=1 / 5000)
-)")
-      .def(py::init(&make_frame), py::kw_only(), py::arg("id") = 0, py::arg("timestamp_s") = 0.0,
+)");
+  view.def(py::init(&make_frame), py::kw_only(), py::arg("id") = 0, py::arg("timestamp_s") = 0.0,
            py::arg("image") = py::none(), py::arg("depth") = py::none(),
            py::arg("metres_per_unit") = 0.0,
            R"(Checks and keeps the arrays.
@@ -74,10 +55,8 @@ row must be neighbours.)")
       .def_property_readonly(
           "depth", [](const FrameView& frame) { return array_of(frame.depth); },
           "registered to the image, uint16 or float32, or None")
-      .def_readonly("metres_per_unit", &FrameView::metres_per_unit, "metres per unit of depth")
-      .def("__repr__", &text_of)
-      .def(py::pickle(&state_of,
-                      [](const FrameState& state) { return std::apply(make_frame, state); }));
+      .def_readonly("metres_per_unit", &FrameView::metres_per_unit, "metres per unit of depth");
+  add_text(view, {"id", "timestamp_s", "metres_per_unit"});
 }
 
 }  // namespace dynfilter::python

@@ -6,44 +6,34 @@
 #include <utility>
 #include <vector>
 
-#include "arrays.hpp"
-#include "bindings.hpp"
 #include "dynfilter/mask_refiner.hpp"
+#include "filter_arguments.hpp"
 
 namespace dynfilter::python {
 namespace {
 
-MaskCuller culler_of(std::vector<int> dynamic_classes, double margin_px,
-                     const py::object& static_mask) {
-  MaskCullerOptions options;
-  options.dynamic_classes = std::move(dynamic_classes);
-  options.margin_px = margin_px;
-  options.static_mask = matrix_from(static_mask, Pixels::mask, {"MaskCuller", "a static_mask"});
-  return MaskCuller(options);
-}
-
 /// Calls `make` without the interpreter's lock and returns its matrix as an array.
 template <class Make>
-Array made(const Make& make) {
+py::array made(const Make& make) {
   cv::Mat result;
   {
-    const py::gil_scoped_release unlock;
+    const Unlocked unlock;
     result = make();
   }
-  return Array(array_of(result, true));
+  return array_of(result, true).value();
 }
 
 template <cv::Mat (*paint)(const Segmentation&, const MaskCuller&)>
-Array mask_of(const Segmentation& segmentation, std::vector<int> dynamic_classes, double margin_px,
-              const py::object& static_mask) {
-  const MaskCuller culler = culler_of(std::move(dynamic_classes), margin_px, static_mask);
+py::array mask_of(const Segmentation& segmentation, std::vector<int> dynamic_classes,
+                  double margin_px, const py::object& static_mask) {
+  const MaskCuller culler(culler_options(std::move(dynamic_classes), margin_px, static_mask));
   return made([&] { return paint(segmentation, culler); });
 }
 
-Array holes(const py::object& depth, const Segmentation& segmentation,
-            std::vector<int> dynamic_classes, double margin_px, const py::object& static_mask) {
+py::array holes(const py::object& depth, const Segmentation& segmentation,
+                std::vector<int> dynamic_classes, double margin_px, const py::object& static_mask) {
   const cv::Mat pixels = matrix_from(depth, Pixels::depth, {"depth_with_holes", "a depth image"});
-  const MaskCuller culler = culler_of(std::move(dynamic_classes), margin_px, static_mask);
+  const MaskCuller culler(culler_options(std::move(dynamic_classes), margin_px, static_mask));
   return made([&] { return depth_with_holes(pixels, segmentation, culler); });
 }
 
@@ -74,12 +64,12 @@ depth: H x W, uint16 or float32 in any unit, registered to the segmented image; 
 Raises ValueError for another type, a malformed segmentation and sizes that differ.)");
   module.def(
       "refined",
-      [](const FrameView& frame, const Segmentation& segmentation,
-         const std::vector<int>& dynamic_classes, double half_width_m) {
-        const MaskCuller culler = culler_of(dynamic_classes, 0, py::none());
+      [](const FrameView& frame, const Segmentation& segmentation, std::vector<int> dynamic_classes,
+         double half_width_m) {
+        const MaskCuller culler(culler_options(std::move(dynamic_classes), 0, py::none()));
         DepthCompensatorOptions options;
         options.half_width_m = half_width_m;
-        const py::gil_scoped_release unlock;
+        const Unlocked unlock;
         return refined(frame, segmentation, culler, options);
       },
       py::arg("frame"), py::arg("segmentation"), py::kw_only(), classes,

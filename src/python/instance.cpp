@@ -4,42 +4,19 @@
 #include "dynfilter/instance.hpp"
 
 #include <optional>
-#include <string>
-#include <tuple>
-#include <utility>
-#include <vector>
 
 #include "arrays.hpp"
 #include "bindings.hpp"
-#include "dynfilter/detail/errors.hpp"
+#include "values.hpp"
 
 namespace dynfilter::python {
 namespace {
 
-constexpr Argument a_mask{"Instance", "a mask"};
-
-std::string text_of(const Instance& instance) {
-  return detail::concatenate(
-      "Instance(class_id=", instance.class_id, ", score=", instance.score,
-      ", box=", std::string(py::str(py::cast(instance.box))), ", mask ",
-      instance.mask.empty() ? "none" : detail::size_name(instance.mask.size()), " at ",
-      std::string(py::str(py::cast(instance.mask_origin))), ")");
-}
-
 Instance make_instance(int class_id, float score, const cv::Rect& box, const cv::Point& mask_origin,
                        const py::object& mask, std::optional<int> track_id,
                        const cv::Size& image_size) {
-  return {class_id, score,     box, mask_origin, matrix_from(mask, Pixels::mask, a_mask),
-          track_id, image_size};
-}
-
-/// Arguments of make_instance: what a pickled instance is.
-using InstanceState =
-    std::tuple<int, float, cv::Rect, cv::Point, py::object, std::optional<int>, cv::Size>;
-
-InstanceState state_of(const Instance& instance) {
-  return {instance.class_id,       instance.score,    instance.box,       instance.mask_origin,
-          array_of(instance.mask), instance.track_id, instance.image_size};
+  const cv::Mat pixels = matrix_from(mask, Pixels::mask, {"Instance", "a mask"});
+  return {class_id, score, box, mask_origin, pixels, track_id, image_size};
 }
 
 Instance from_image_mask(const py::object& mask, const std::optional<cv::Rect>& box, int class_id,
@@ -95,10 +72,8 @@ image_size: (width, height) of the image that the mask was cut from; (0, 0) = un
           "bool or uint8, non-zero = on the object; None = only a box is known")
       .def_readonly("track_id", &Instance::track_id, "identity across frames, or None")
       .def_readonly("image_size", &Instance::image_size,
-                    "(width, height) of the image that the mask was cut from, or (0, 0)")
-      .def("__repr__", &text_of)
-      .def(py::pickle(&state_of,
-                      [](const InstanceState& state) { return std::apply(make_instance, state); }));
+                    "(width, height) of the image that the mask was cut from, or (0, 0)");
+  add_text(instance, {"class_id", "score", "box", "mask_origin", "track_id", "image_size"});
   add_converters(instance);
 
   module.def(

@@ -5,26 +5,27 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "arrays.hpp"
 #include "bindings.hpp"
-#include "dynfilter/detail/errors.hpp"
-#include "dynfilter/keep_static.hpp"
 #include "values.hpp"
 
 namespace dynfilter::python {
 namespace {
 
-/// Shows one member of all labels as an array of `Shown`. Labels never move: a FeatureLabels object
-/// of Python keeps its number of features.
+/// Shows one member of all labels as an array of `Shown`, which is read-only and keeps them alive.
+/// Labels never move: a FeatureLabels object of Python keeps its number of features.
 template <class Shown, class Value>
 py::cpp_function member_view(Value FeatureLabel::*member) {
   static_assert(sizeof(Shown) == sizeof(Value));
   return [member](const py::object& self) {
     const auto& labels = self.cast<const FeatureLabels&>();
     const void* first = labels.empty() ? nullptr : &(labels[0].*member);
-    return view_of(py::dtype::of<Shown>(), static_cast<py::ssize_t>(labels.size()),
-                   sizeof(FeatureLabel), first, self);
+    const std::vector<std::size_t> shape = {labels.size()}, strides = {sizeof(FeatureLabel)};
+    py::array array(py::dtype::of<Shown>(), shape, strides, first, self);
+    array.attr("setflags")(py::arg("write") = false);
+    return array;
   };
 }
 
@@ -50,25 +51,29 @@ void bind_reason(py::module_& module) {
       .def(
           "__ne__", [](Reason self, int number) { return static_cast<int>(self) != number; },
           py::is_operator(), py::prepend());
-  ValueClass<FeatureLabel>(module, "FeatureLabel",
-                           "Verdict on one feature. Kept features have scores too: a high one was\n"
-                           "nearly removed.")
-      .field("score", &FeatureLabel::score, "0 surely static … 1 surely dynamic")
-      .field("instance", &FeatureLabel::instance, "index into Segmentation.instances; -1 = none")
-      .field("reason", &FeatureLabel::reason, "why")
-      .field("removed", &FeatureLabel::removed, "whether keep_static takes the feature out");
+  py::class_<FeatureLabel> label(module, "FeatureLabel",
+                                 "Verdict on one feature. Kept features have scores too: a high\n"
+                                 "one was nearly removed.");
+  add_text(label, {"score", "instance", "reason", "removed"});
+  label.def_readonly("score", &FeatureLabel::score, "0 surely static … 1 surely dynamic")
+      .def_readonly("instance", &FeatureLabel::instance,
+                    "index into Segmentation.instances; -1 = none")
+      .def_readonly("reason", &FeatureLabel::reason, "why")
+      .def_readonly("removed", &FeatureLabel::removed, "whether keep_static takes the feature out");
 }
 
 }  // namespace
 
 void bind_labels(py::module_& module) {
   bind_reason(module);
-  py::class_<FeatureLabels>(
+  py::class_<FeatureLabels> labels(
       module, "FeatureLabels",
       R"(Verdicts on the features of one frame, in their order, with the frame's statistics.
 
 Its arrays show the labels without a copy, are read-only, and keep the labels alive. Indexed by a
-number, it returns a FeatureLabel.)")
+number, it returns a FeatureLabel.)");
+  add_text(labels, {"statistics"});
+  labels
       .def(py::init<std::size_t, const Segmentation&>(), py::arg("features"),
            py::arg("segmentation"),
            R"(Makes labels of so many features, all untouched. The segmentation gives the instances
@@ -93,11 +98,7 @@ that labels may refer to.)")
 
 A feature that is already removed keeps its label. Returns whether this call removed it. Raises
 ValueError for a feature or instance that does not exist, for the reasons untouched, restored and still,
-and for a score outside 0 to 1.)")
-      .def("__repr__", [](const FeatureLabels& self) {
-        return detail::concatenate("FeatureLabels(", self.size(), " features, ",
-                                   self.statistics().kept(), " kept)");
-      });
+and for a score outside 0 to 1.)");
 }
 
 }  // namespace dynfilter::python

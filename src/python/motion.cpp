@@ -1,17 +1,10 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include <cstddef>
-#include <memory>
 #include <mutex>
-#include <optional>
-#include <utility>
-#include <vector>
 
 #include "dynfilter/motion/motion_filter.hpp"
 #include "filter_arguments.hpp"
-#include "unlocked.hpp"
-#include "values.hpp"
 
 namespace dynfilter::python {
 namespace {
@@ -22,19 +15,15 @@ class LockedFilter {
   LockedFilter(const Camera& camera, const DynamicFilterOptions& options)
       : filter_(camera, {options, {}}) {}
 
-  FeatureLabels apply(const FrameView& frame, const py::object& masks, const py::object& points,
-                      const py::object& depths_m) {
-    const SegmentationView segmentation = segmentation_of(masks, "MotionFilter");
-    const Features features(points, depths_m, "MotionFilter");
-    FeatureLabels labels;
-    const Unlocked unlock;
+  FeatureLabels apply(const FrameView& frame, const SegmentationView& segmentation,
+                      const FeaturesView& features) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    filter_.apply(frame, segmentation, features.view(), labels, workspace_);
+    FeatureLabels labels;
+    filter_.apply(frame, segmentation, features, labels, workspace_);
     return labels;
   }
 
   void reset() {
-    const Unlocked unlock;
     const std::lock_guard<std::mutex> lock(mutex_);
     filter_.judge().reset();
   }
@@ -58,8 +47,9 @@ depth say what may be dynamic, motion says what is.
 
 It remembers earlier frames. Frames need an image, a time that grows, and depth. Threads that use
 one filter wait for each other.)");
-  add_filter_members<LockedFilter, const Camera&>(filter, py::arg("camera"));
-  filter.def("reset", &LockedFilter::reset, "Forgets everything, like a new filter.");
+  add_filter_members<LockedFilter, const Camera&>(filter, "MotionFilter", py::arg("camera"));
+  filter.def("reset", &LockedFilter::reset, py::call_guard<Unlocked>(),
+             "Forgets everything, like a new filter.");
 }
 
 }  // namespace dynfilter::python

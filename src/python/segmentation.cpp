@@ -7,17 +7,14 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
-#include <opencv2/imgproc.hpp>
-
 #include "arrays.hpp"
-#include "bindings.hpp"
-#include "dynfilter/detail/errors.hpp"
 #include "dynfilter/frame.hpp"
+#include "values.hpp"
 
 namespace dynfilter::python {
 namespace {
@@ -72,26 +69,12 @@ void warn_of_grey_levels(const cv::Mat& mask) {
   }
 }
 
-/// Returns one mask of an array as a matrix: bool and uint8 as they are, others where they exceed
-/// the threshold.
-cv::Mat mask_of(const py::array& mask, double threshold) {
-  const char kind = mask.dtype().kind();
-  if (kind == 'b' || (kind == 'u' && mask.itemsize() == 1)) {
-    cv::Mat pixels = matrix_from(mask, Pixels::mask, {name, "a mask"});
-    if (kind == 'u') warn_of_grey_levels(pixels);
-    return pixels;
-  }
-  const auto values = py::array_t<float, py::array::c_style | py::array::forcecast>(mask);
-  const cv::Mat numbers(static_cast<int>(values.shape(0)), static_cast<int>(values.shape(1)),
-                        CV_32FC1, const_cast<float*>(values.data()));
-  return numbers.empty() ? cv::Mat() : cv::Mat(numbers > threshold);
-}
-
 /// Whether an array is what NumPy makes of an empty list.
 bool is_empty_list(const py::array& array) { return array.ndim() == 1 && array.size() == 0; }
 
-/// Returns masks as N x H x W: torchvision has N x 1 x H x W, and a list of no mask has no size.
-py::array stacked(const py::object& masks) {
+/// Returns masks as N x H x W of bool or uint8, floats where they exceed the threshold. torchvision
+/// has N x 1 x H x W, and a list of no mask has no size.
+py::array stacked(const py::object& masks, double threshold) {
   py::array array = array_from(masks);
   if (is_empty_list(array)) return py::array(py::dtype::of<bool>(), {0, 0, 0});
   if (array.ndim() == 4 && array.shape(1) == 1) {
@@ -102,103 +85,90 @@ py::array stacked(const py::object& masks) {
   if (array.ndim() != 3 || (!is_byte && kind != 'f')) {
     refuse("masks", array, "bool, uint8 or float, N x H x W or N x 1 x H x W");
   }
-  return array;
+  return is_byte ? array : array.attr("__gt__")(threshold);
 }
 
 /// Returns N numbers, or nothing for None.
-std::vector<double> column(const py::object& object, const char* what, std::size_t count) {
+std::vector<double> column(const py::object& object, const char* what, py::ssize_t count) {
   if (object.is_none()) return {};
   const Numbers numbers = numbers_from(object, {name, what});
-  if (numbers.ndim() != 1 || static_cast<std::size_t>(numbers.size()) != count) {
+  if (numbers.ndim() != 1 || numbers.size() != count) {
     refuse(what, numbers, detail::concatenate("one for each instance, ", count));
   }
   return {numbers.data(), numbers.data() + numbers.size()};
 }
 
-std::vector<Instance> instances_from_masks(const py::object& masks, const py::object& boxes,
-                                           const py::object& class_ids, const py::object& scores,
-                                           double threshold) {
+/// Returns N boxes, x1, y1, x2, y2 each.
+Numbers corners_of(const py::object& boxes) {
+  const Numbers corners = numbers_from(boxes, {name, "boxes"});
+  if (is_empty_list(corners)) return Numbers(py::array::ShapeContainer{0, 4});
+  if (corners.ndim() != 2 || corners.shape(1) != 4) {
+    refuse("boxes", corners, "N x 4: x1, y1, x2, y2 in pixels");
+  }
+  return corners;
+}
+
+/// Checks that masks have the frame's size, which they give if the frame has no image: a network's
+/// own masks often have the size of its input.
+void require_size(const py::array& stack, cv::Size& image_size) {
+  const cv::Size size(static_cast<int>(stack.shape(2)), static_cast<int>(stack.shape(1)));
+  if (image_size.empty()) image_size = size;
+  if (stack.shape(0) == 0 || size == image_size) return;
+  detail::throw_misuse(name, "masks of " + detail::size_name(size),
+                       detail::concatenate("the frame's size, ", detail::size_name(image_size),
+                                           " (Ultralytics: retina_masks=True)"));
+}
+
+Segmentation from_masks(const FrameView& frame, const py::object& masks, const py::object& boxes,
+                        const py::object& class_ids, const py::object& scores, double threshold) {
   if (masks.is_none() && boxes.is_none()) {
     detail::throw_misuse(name, "neither masks nor boxes",
                          "masks, N x H x W, or boxes, N x 4; for nobody an array with N = 0");
   }
-  const py::array stack = masks.is_none() ? py::array() : stacked(masks);
-  Numbers corners;
-  if (!boxes.is_none()) {
-    corners = numbers_from(boxes, {name, "boxes"});
-    if (is_empty_list(corners)) corners = Numbers(py::array::ShapeContainer{0, 4});
-    if (corners.ndim() != 2 || corners.shape(1) != 4) {
-      refuse("boxes", corners, "N x 4: x1, y1, x2, y2 in pixels");
-    }
+  const cv::Size size = frame.image.empty() ? frame.depth.size() : frame.image.size();
+  Segmentation segmentation{frame.id, frame.timestamp_s, size, {}};
+  std::optional<py::array> stack;
+  if (!masks.is_none()) {
+    stack = stacked(masks, threshold);
+    require_size(*stack, segmentation.image_size);
   }
-  const py::ssize_t count = masks.is_none() ? corners.shape(0) : stack.shape(0);
-  if (!boxes.is_none() && corners.shape(0) != count) {
-    refuse("boxes", corners, detail::concatenate("one for each mask, ", count));
+  std::optional<Numbers> corners;
+  if (!boxes.is_none()) corners = corners_of(boxes);
+  const py::ssize_t count = stack ? stack->shape(0) : corners->shape(0);
+  if (corners && corners->shape(0) != count) {
+    refuse("boxes", *corners, detail::concatenate("one for each mask, ", count));
   }
-  const auto size = static_cast<std::size_t>(count);
-  const std::vector<double> classes = column(class_ids, "class_ids", size);
-  const std::vector<double> confidences = column(scores, "scores", size);
-  std::vector<Instance> instances;
-  instances.reserve(size);
-  for (std::size_t k = 0; k < size; ++k) {
+  const std::vector<double> classes = column(class_ids, "class_ids", count);
+  const std::vector<double> confidences = column(scores, "scores", count);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) {
     const int class_id = classes.empty() ? 0 : class_id_of(classes[k]);
     const float score = confidences.empty() ? 1.0F : static_cast<float>(confidences[k]);
-    Instance instance;
-    if (!masks.is_none()) {
-      const py::array one = stack.attr("__getitem__")(k);
-      instance = Instance::from_image_mask(mask_of(one, threshold), class_id, score);
-    } else {
-      instance = Instance::from_box({}, class_id, score);
+    Instance instance = Instance::from_box({}, class_id, score);
+    if (stack) {
+      const py::array array = stack->attr("__getitem__")(k);
+      const cv::Mat mask = matrix_from(array, Pixels::mask, {name, "a mask"});
+      if (array.dtype().kind() == 'u') warn_of_grey_levels(mask);
+      instance = Instance::from_image_mask(mask, class_id, score);
     }
-    if (!boxes.is_none()) instance.box = box_of(corners.data(static_cast<py::ssize_t>(k), 0));
-    instances.push_back(std::move(instance));
+    if (corners) instance.box = box_of(corners->data(static_cast<py::ssize_t>(k), 0));
+    segmentation.instances.push_back(std::move(instance));
   }
-  return instances;
-}
-
-cv::Size size_of(const FrameView& frame) {
-  return frame.image.empty() ? frame.depth.size() : frame.image.size();
-}
-
-/// Makes the frame's segmentation. Masks must have the frame's size: a network's own masks often
-/// have the size of its input.
-Segmentation from_masks(const FrameView& frame, const py::object& masks, const py::object& boxes,
-                        const py::object& class_ids, const py::object& scores, double threshold) {
-  Segmentation segmentation{frame.id, frame.timestamp_s, size_of(frame), {}};
-  if (!masks.is_none()) {
-    const py::array stack = stacked(masks);
-    const cv::Size size(static_cast<int>(stack.shape(2)), static_cast<int>(stack.shape(1)));
-    if (segmentation.image_size.empty()) segmentation.image_size = size;
-    if (stack.shape(0) > 0 && size != segmentation.image_size) {
-      detail::throw_misuse(
-          "Segmentation", detail::concatenate("masks of ", detail::size_name(size)),
-          detail::concatenate("the frame's size, ", detail::size_name(segmentation.image_size),
-                              " (Ultralytics: retina_masks=True)"));
-    }
-  }
-  segmentation.instances = instances_from_masks(masks, boxes, class_ids, scores, threshold);
-  validate(segmentation, "Segmentation");
+  validate(segmentation, name);
   return segmentation;
 }
 
 Segmentation make_segmentation(std::uint64_t frame_id, std::optional<double> timestamp_s,
                                const cv::Size& image_size, std::vector<Instance> instances) {
   Segmentation result{frame_id, timestamp_s, image_size, std::move(instances)};
-  validate(result, "Segmentation");
+  validate(result, name);
   return result;
 }
 
-/// Arguments of make_segmentation: what a pickled segmentation is.
-using SegmentationState =
-    std::tuple<std::uint64_t, std::optional<double>, cv::Size, std::vector<Instance>>;
+constexpr const char* from_masks_doc =
+    R"(Makes the segmentation of a frame from the arrays of a network, as torchvision and
+Ultralytics return them. Number, time and size are the frame's.
 
-SegmentationState state_of(const Segmentation& segmentation) {
-  return {segmentation.frame_id, segmentation.timestamp_s, segmentation.image_size,
-          segmentation.instances};
-}
-
-constexpr const char* masks_doc =
-    R"(masks: N x H x W or N x 1 x H x W of the whole image; bool and uint8 (non-zero = on the
+masks: N x H x W or N x 1 x H x W of the whole image; bool and uint8 (non-zero = on the
     object) are not copied, float is on the object above the threshold; None if only boxes are
     known. A uint8 mask with many grey levels is a UserWarning.
 boxes: N x 4, x1, y1, x2, y2 in pixels, float or int; None = the smallest around the masks
@@ -210,17 +180,13 @@ threshold: of float masks)";
 
 void bind_segmentation(py::module_& module) {
   const auto none = py::none();
-  const std::string from_masks_doc =
-      std::string(
-          "Makes the segmentation of a frame from the arrays of a network, as torchvision and\n"
-          "Ultralytics return them. Number, time and size are the frame's.\n\n") +
-      masks_doc;
-  py::class_<Segmentation>(
+  py::class_<Segmentation> segmentation(
       module, "Segmentation",
       R"(Result of a segmenter for one image. Its members cannot be changed; make another one.
 
 A segmentation without instances says that nobody is there; None in its place says that no masks
-are known. The statistics distinguish the two.)")
+are known. The statistics distinguish the two.)");
+  segmentation
       .def(py::init(&make_segmentation), py::kw_only(), py::arg("frame_id") = 0,
            py::arg("timestamp_s") = none, py::arg("image_size") = cv::Size(),
            py::arg("instances") = std::vector<Instance>(),
@@ -228,7 +194,7 @@ are known. The statistics distinguish the two.)")
 the instances. Raises ValueError for a malformed one.)")
       .def_static("from_masks", &from_masks, py::arg("frame"), py::arg("masks"),
                   py::arg("boxes") = none, py::arg("class_ids") = none, py::arg("scores") = none,
-                  py::arg("threshold") = 0.5, from_masks_doc.c_str())
+                  py::arg("threshold") = 0.5, from_masks_doc)
       .def_readonly("frame_id", &Segmentation::frame_id,
                     "FrameView.id of the image that was segmented")
       .def_readonly("timestamp_s", &Segmentation::timestamp_s,
@@ -237,16 +203,8 @@ the instances. Raises ValueError for a malformed one.)")
       .def_readonly("image_size", &Segmentation::image_size, "(width, height), pixels")
       .def_property_readonly(
           "instances", [](const Segmentation& self) { return py::tuple(py::cast(self.instances)); },
-          "the detected objects, in the segmenter's order")
-      .def("__repr__",
-           [](const Segmentation& self) {
-             return detail::concatenate("Segmentation(frame_id=", self.frame_id, ", timestamp_s=",
-                                        std::string(py::str(py::cast(self.timestamp_s))), ", ",
-                                        self.instances.size(), " instances)");
-           })
-      .def(py::pickle(&state_of, [](const SegmentationState& state) {
-        return std::apply(make_segmentation, state);
-      }));
+          "the detected objects, in the segmenter's order");
+  add_text(segmentation, {"frame_id", "timestamp_s", "image_size"});
 }
 
 }  // namespace dynfilter::python

@@ -21,8 +21,6 @@
 namespace dynfilter::python {
 namespace {
 
-std::string type_name_of(const py::handle& object) { return "a " + type_name(object); }
-
 /// Segmenter whose do_segment is a method of a Python class.
 class DerivedSegmenter final : public Segmenter {
  public:
@@ -40,7 +38,7 @@ class DerivedSegmenter final : public Segmenter {
     }
     const py::object result = method(frame);  // a copy, which shares the pixels
     if (!py::isinstance<Segmentation>(result)) {
-      detail::throw_misuse("Segmenter (result of do_segment)", type_name_of(result),
+      detail::throw_misuse("Segmenter (result of do_segment)", "a " + type_name(result),
                            "a Segmentation");
     }
     return result.cast<Segmentation>();
@@ -52,16 +50,13 @@ class LockedPropagator {
  public:
   explicit LockedPropagator(double max_age_s) : propagator_({max_age_s}) {}
 
-  std::optional<Segmentation> propagate(const FrameView& frame, const Segmentation* newest) {
-    std::optional<Segmentation> result;
-    if (newest != nullptr) result = *newest;
-    const Unlocked unlock;
+  std::optional<Segmentation> propagate(const FrameView& frame,
+                                        const std::optional<Segmentation>& newest) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    return propagator_.propagate(frame, result);
+    return propagator_.propagate(frame, newest);
   }
 
   void reset() {
-    const Unlocked unlock;
     const std::lock_guard<std::mutex> lock(mutex_);
     propagator_.reset();
   }
@@ -175,14 +170,15 @@ Two propagators share nothing; threads that use one wait for each other.)")
 
 Raises ValueError for an age out of range.)")
       .def("propagate", &LockedPropagator::propagate, py::arg("frame"),
-           py::arg("newest").none(true) = py::none(),
+           py::arg("newest") = py::none(), py::call_guard<Unlocked>(),
            R"(Returns the masks at `frame`, given the newest result so far: of this frame or an
 earlier one, maybe the same as in the last call, maybe None. Returns None if no masks are known
 that are at most max_age_s old.
 
 Call it for every frame, in order, also while there are no masks, so that the history is complete.
 The interpreter's lock is released meanwhile.)")
-      .def("reset", &LockedPropagator::reset, "Forgets everything, like a new propagator.");
+      .def("reset", &LockedPropagator::reset, py::call_guard<Unlocked>(),
+           "Forgets everything, like a new propagator.");
 }
 
 }  // namespace dynfilter::python

@@ -4,10 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <optional>
-#include <string>
-#include <tuple>
 
-#include "dynfilter/detail/errors.hpp"
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/frame.hpp"
 #include "unlocked.hpp"
@@ -22,49 +19,42 @@ FrameView frame_at(const RgbdSequence& sequence, py::ssize_t i) {
   return sequence.read(index);
 }
 
-/// Adds the fields of Camera to it, or to a class that is derived from it.
-template <class Value, class... Bases>
-void add_lens(ValueClass<Value, Bases...>& camera) {
-  const std::tuple<const char*, double Value::*, const char*> fields[] = {
-      {"fx", &Camera::fx, "focal length in x, pixels"},
-      {"fy", &Camera::fy, "focal length in y, pixels"},
-      {"cx", &Camera::cx, "principal point's x, pixels"},
-      {"cy", &Camera::cy, "principal point's y, pixels"},
-      {"k1", &Camera::k1, "distortion coefficient"},
-      {"k2", &Camera::k2, "distortion coefficient"},
-      {"p1", &Camera::p1, "distortion coefficient"},
-      {"p2", &Camera::p2, "distortion coefficient"},
-      {"k3", &Camera::k3, "distortion coefficient"}};
-  for (const auto& [name, member, doc] : fields) camera.field(name, member, doc);
-}
-
 void bind_cameras(py::module_& module) {
-  ValueClass<Camera> camera(
+  py::class_<Camera> camera(
       module, "Camera",
       "Pinhole camera with OpenCV's radial-tangential distortion, which relates pixels to rays.");
-  add_lens(camera);
-  camera.bound().def(py::init([](double fx, double fy, double cx, double cy, double k1, double k2,
-                                 double p1, double p2, double k3) {
-                       const Camera made{fx, fy, cx, cy, k1, k2, p1, p2, k3};
-                       validate(made, "Camera");
-                       return made;
-                     }),
-                     py::arg("fx"), py::arg("fy"), py::arg("cx"), py::arg("cy"),
-                     py::arg("k1") = 0.0, py::arg("k2") = 0.0, py::arg("p1") = 0.0,
-                     py::arg("p2") = 0.0, py::arg("k3") = 0.0,
-                     R"(fx, fy: focal lengths, pixels; above 0
+  add_text(camera, {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"});
+  camera
+      .def(py::init([](double fx, double fy, double cx, double cy, double k1, double k2, double p1,
+                       double p2, double k3) {
+             const Camera made{fx, fy, cx, cy, k1, k2, p1, p2, k3};
+             validate(made, "Camera");
+             return made;
+           }),
+           py::arg("fx"), py::arg("fy"), py::arg("cx"), py::arg("cy"), py::arg("k1") = 0.0,
+           py::arg("k2") = 0.0, py::arg("p1") = 0.0, py::arg("p2") = 0.0, py::arg("k3") = 0.0,
+           R"(fx, fy: focal lengths, pixels; above 0
 cx, cy: principal point, pixels
-k1, k2, p1, p2, k3: distortion; all 0 = rectified images)");
-  ValueClass<SequenceCamera, Camera> recorded(
+k1, k2, p1, p2, k3: distortion; all 0 = rectified images)")
+      .def_readonly("fx", &Camera::fx, "focal length in x, pixels")
+      .def_readonly("fy", &Camera::fy, "focal length in y, pixels")
+      .def_readonly("cx", &Camera::cx, "principal point's x, pixels")
+      .def_readonly("cy", &Camera::cy, "principal point's y, pixels")
+      .def_readonly("k1", &Camera::k1, "distortion coefficient")
+      .def_readonly("k2", &Camera::k2, "distortion coefficient")
+      .def_readonly("p1", &Camera::p1, "distortion coefficient")
+      .def_readonly("p2", &Camera::p2, "distortion coefficient")
+      .def_readonly("k3", &Camera::k3, "distortion coefficient");
+  py::class_<SequenceCamera, Camera>(
       module, "SequenceCamera",
-      "Camera of a recorded sequence: the lens, and how images and depth were recorded.");
-  add_lens(recorded);
-  recorded
-      .field("image_size", &SequenceCamera::image_size, "(width, height), pixels; (0, 0) = unknown")
-      .field("frames_per_second", &SequenceCamera::frames_per_second, "frame rate, Hz; 0 = unknown")
-      .field("depth_units_per_metre", &SequenceCamera::depth_units_per_metre,
-             "DepthMapFactor; 5000 for TUM and BONN")
-      .field("depth_offset_s", &SequenceCamera::depth_offset_s, "see RgbdSequence");
+      "Camera of a recorded sequence: the lens, and how images and depth were recorded.")
+      .def_readonly("image_size", &SequenceCamera::image_size,
+                    "(width, height), pixels; (0, 0) = unknown")
+      .def_readonly("frames_per_second", &SequenceCamera::frames_per_second,
+                    "frame rate, Hz; 0 = unknown")
+      .def_readonly("depth_units_per_metre", &SequenceCamera::depth_units_per_metre,
+                    "DepthMapFactor; 5000 for TUM and BONN")
+      .def_readonly("depth_offset_s", &SequenceCamera::depth_offset_s, "see RgbdSequence");
 }
 
 }  // namespace

@@ -42,28 +42,30 @@ void bind_outcomes(py::module_& module) {
 }
 
 void bind_instance_statistics(py::module_& module) {
-  ValueClass<ValueRange>(module, "ValueRange", "Closed interval [lower, upper] of values.")
-      .field("lower", &ValueRange::lower, "smallest value; infinity if empty")
-      .field("upper", &ValueRange::upper, "largest value; -infinity if empty")
-      .bound()
+  py::class_<ValueRange> range(module, "ValueRange", "Closed interval [lower, upper] of values.");
+  add_text(range, {"lower", "upper"});
+  range.def_readonly("lower", &ValueRange::lower, "smallest value; infinity if empty")
+      .def_readonly("upper", &ValueRange::upper, "largest value; -infinity if empty")
       .def_property_readonly("empty", &ValueRange::empty, "whether no value lies in the interval")
       .def("contains", &ValueRange::contains, py::arg("value"),
            "Whether a value lies in the interval.");
   using S = InstanceStatistics;
-  ValueClass<S>(module, "InstanceStatistics",
-                "Statistics of one instance. Counts are numbers of features.")
-      .field("class_id", &S::class_id, "class of the instance")
-      .field("score", &S::score, "the detector's confidence in the instance")
-      .field("dynamic", &S::dynamic, "its class is one of the dynamic ones")
-      .field("masked", &S::masked, "removed because they lie on the mask")
-      .field("compensated", &S::compensated, "removed by edge compensation")
-      .field("compensation", &S::compensation, "outcome of edge compensation")
-      .field("depth_range_m", &S::depth_range_m, "range of the object's depth, metres")
-      .field("mask_gap_px", &S::mask_gap_px,
-             "how far the object reaches beyond a fresh mask, pixels; 0 where it is not known")
-      .field("verdict", &S::verdict, "whether it moves")
-      .field("kept_still", &S::kept_still, "features kept because it is still")
-      .prints({"class_id", "score", "dynamic", "masked", "compensated", "compensation", "verdict"});
+  py::class_<S> statistics(module, "InstanceStatistics",
+                           "Statistics of one instance. Counts are numbers of features.");
+  add_text(statistics,
+           {"class_id", "score", "dynamic", "masked", "compensated", "compensation", "verdict"});
+  statistics.def_readonly("class_id", &S::class_id, "class of the instance")
+      .def_readonly("score", &S::score, "the detector's confidence in the instance")
+      .def_readonly("dynamic", &S::dynamic, "its class is one of the dynamic ones")
+      .def_readonly("masked", &S::masked, "removed because they lie on the mask")
+      .def_readonly("compensated", &S::compensated, "removed by edge compensation")
+      .def_readonly("compensation", &S::compensation, "outcome of edge compensation")
+      .def_readonly("depth_range_m", &S::depth_range_m, "range of the object's depth, metres")
+      .def_readonly(
+          "mask_gap_px", &S::mask_gap_px,
+          "how far the object reaches beyond a fresh mask, pixels; 0 where it is not known")
+      .def_readonly("verdict", &S::verdict, "whether it moves")
+      .def_readonly("kept_still", &S::kept_still, "features kept because it is still");
 }
 
 }  // namespace
@@ -72,37 +74,39 @@ void bind_statistics(py::module_& module) {
   bind_outcomes(module);
   bind_instance_statistics(module);
   using Motion = MotionStatistics;
-  ValueClass<Motion>(module, "MotionStatistics", "Statistics of the motion evidence in one frame.")
-      .field("outcome", &Motion::outcome, "what happened")
-      .field("tracked", &Motion::tracked, "features that were found in the last frame")
-      .field("kept_still", &Motion::kept_still, "features kept because they are still")
-      .field("unsettled_objects", &Motion::unsettled_objects,
-             "dynamic objects that matter and of which it is not known whether they move");
+  py::class_<Motion> motion(module, "MotionStatistics",
+                            "Statistics of the motion evidence in one frame.");
+  add_text(motion, {"outcome", "tracked", "kept_still", "unsettled_objects"});
+  motion.def_readonly("outcome", &Motion::outcome, "what happened")
+      .def_readonly("tracked", &Motion::tracked, "features that were found in the last frame")
+      .def_readonly("kept_still", &Motion::kept_still, "features kept because they are still")
+      .def_readonly("unsettled_objects", &Motion::unsettled_objects,
+                    "dynamic objects that matter and of which it is not known whether they move");
   using Frame = FrameStatistics;
-  ValueClass<Frame>(module, "FrameStatistics",
-                    "Statistics of one frame. masked, compensated, moving, custom and kept add up\n"
-                    "to features.")
-      .field("features", &Frame::features, "features of the frame")
-      .field("masked", &Frame::masked, "removed on a mask or on the static mask")
-      .field("compensated", &Frame::compensated, "removed by edge compensation")
-      .field("moving", &Frame::moving, "removed because they move")
-      .field("custom", &Frame::custom, "removed by you")
-      .field("restored", &Frame::restored, "kept features that an earlier stage had removed")
-      .field("starved", &Frame::starved, "fewer features than the floor are left")
-      .field("suggested_features", &Frame::suggested_features,
-             "number to extract next time; 0 = the present number suffices")
-      .field("has_segmentation", &Frame::has_segmentation,
-             "False: no masks are known; True without instances: nobody is there")
-      .field("segmentation_age_s", &Frame::segmentation_age_s,
-             "time of the frame minus time of its masks, seconds; nan without masks or their time")
-      .field("has_depth", &Frame::has_depth, "whether the frame has a depth image")
-      .field("motion", &Frame::motion, "of the motion evidence")
-      .field(
-          "instances", &Frame::instances,
-          [](const auto& instances) { return py::tuple(py::cast(instances)); },
+  py::class_<Frame> frame(
+      module, "FrameStatistics",
+      "Statistics of one frame. masked, compensated, moving, custom and kept add\n"
+      "up to features.");
+  add_text(frame, {"features", "masked", "compensated", "moving", "custom", "kept"});
+  frame.def_readonly("features", &Frame::features, "features of the frame")
+      .def_readonly("masked", &Frame::masked, "removed on a mask or on the static mask")
+      .def_readonly("compensated", &Frame::compensated, "removed by edge compensation")
+      .def_readonly("moving", &Frame::moving, "removed because they move")
+      .def_readonly("custom", &Frame::custom, "removed by you")
+      .def_readonly("restored", &Frame::restored, "kept features that an earlier stage had removed")
+      .def_readonly("starved", &Frame::starved, "fewer features than the floor are left")
+      .def_readonly("suggested_features", &Frame::suggested_features,
+                    "number to extract next time; 0 = the present number suffices")
+      .def_readonly("has_segmentation", &Frame::has_segmentation,
+                    "False: no masks are known; True without instances: nobody is there")
+      .def_readonly(
+          "segmentation_age_s", &Frame::segmentation_age_s,
+          "time of the frame minus time of its masks, seconds; nan without masks or their time")
+      .def_readonly("has_depth", &Frame::has_depth, "whether the frame has a depth image")
+      .def_readonly("motion", &Frame::motion, "of the motion evidence")
+      .def_property_readonly(
+          "instances", [](const Frame& self) { return py::tuple(py::cast(self.instances)); },
           "one InstanceStatistics per instance, in the segmentation's order")
-      .prints({"features", "masked", "compensated", "moving", "custom", "kept"})
-      .bound()
       .def_property_readonly("removed", &Frame::removed, "number of features that are removed")
       .def_property_readonly("kept", &Frame::kept, "number of features that are kept")
       .def_property_readonly(

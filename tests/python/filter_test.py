@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 the dynfilter authors
 # SPDX-License-Identifier: MIT
-"""The filter: the rule `mask` against an oracle in NumPy, depths of features, checks of the input."""
+"""The filter: labels as arrays, depths of features, checks of the input."""
 
 import numpy as np
 import pytest
@@ -8,61 +8,28 @@ import pytest
 import dynfilter
 
 
-def oracle(points, masks, margins):
-    """Index of the first mask within the margin of each point's nearest pixel; -1 for none."""
-    pixels = np.floor(points.astype(np.float64) + 0.5)
-    owner = np.full(len(points), -1)
-    for k in reversed(range(len(masks))):
-        rows, columns = np.nonzero(masks[k])
-        if len(rows) == 0:
-            continue
-        squares = (pixels[:, :1] - columns) ** 2 + (pixels[:, 1:] - rows) ** 2
-        owner[squares.min(axis=1) <= margins**2] = k
-    return owner
+def test_labels_tell_whose_mask_a_feature_is_on(scene):
+    masks = dynfilter.Segmentation.from_masks(scene.frame(), scene.mask[None], scores=[0.75])
+    filter = dynfilter.DynamicFilter(rule=dynfilter.CompensationRule.mask)
+    labels = filter.apply(scene.frame(), masks, scene.points)
+    column, row = scene.points.astype(int).T
+    is_masked = scene.mask[row, column]
+    assert np.array_equal(labels.removed, is_masked)
+    assert np.array_equal(labels.instance, np.where(is_masked, 0, -1))
+    assert np.array_equal(labels.reason, np.where(is_masked, int(dynfilter.Reason.in_mask), 0))
+    assert np.array_equal(labels.score, np.where(is_masked, 0.75, 0))
+    assert labels.statistics.masked == labels.statistics.instances[0].masked == is_masked.sum()
+    wide = dynfilter.DynamicFilter(rule=dynfilter.CompensationRule.mask, margin_px=8)
+    assert wide.apply(scene.frame(), masks, scene.points).statistics.masked > is_masked.sum()
 
 
-def random_case(seed):
-    random = np.random.default_rng(seed)
-    masks = np.zeros((3, 48, 64), bool)
-    for mask in masks[: random.integers(1, 4)]:
-        x, y = random.integers(-5, 60), random.integers(-5, 40)
-        mask[max(y, 0) : y + 14, max(x, 0) : x + 9] = (
-            random.random((48, 64))[max(y, 0) : y + 14, max(x, 0) : x + 9] < 0.7
-        )
-    points = random.uniform(-3, 67, (200, 2)).astype(np.float32)
-    points[::7] = np.floor(points[::7]) + 0.5  # halves are rounded up
-    return masks, points
-
-
-@pytest.mark.parametrize("seed, margin", [(11, 0.0), (12, 1.0), (13, 2.5)])
-def test_labels_are_those_of_the_oracle(seed, margin):
-    masks, points = random_case(seed)
-    frame = dynfilter.FrameView(image=np.zeros((48, 64), np.uint8))
-    scores = [0.25, 0.5, 0.75]
-    segmentation = dynfilter.Segmentation.from_masks(frame, masks, scores=scores)
-    filter = dynfilter.DynamicFilter(rule=dynfilter.CompensationRule.mask, margin_px=margin)
-    labels = filter.apply(frame, segmentation, points)
-    owner = oracle(points, masks, np.full(len(points), margin))
-    assert (owner >= 0).any() and (owner < 0).any()
-    assert np.array_equal(labels.instance, owner)
-    assert np.array_equal(labels.removed, owner >= 0)
-    assert np.array_equal(labels.reason, np.where(owner >= 0, int(dynfilter.Reason.in_mask), 0))
-    assert np.array_equal(labels.score, np.append(scores, 0)[owner].astype(np.float32))
-    assert labels.statistics.masked == (owner >= 0).sum()
-    assert [s.masked for s in labels.statistics.instances] == [(owner == k).sum() for k in range(3)]
-
-
-def test_static_mask_is_culled_as_no_instance():
-    _, points = random_case(12)
-    robot = np.zeros((48, 64), bool)
-    robot[30:] = True
+def test_static_mask_is_culled_as_no_instance(scene):
+    robot = np.zeros(scene.depth.shape, bool)
+    robot[100:] = True
     filter = dynfilter.DynamicFilter(static_mask=robot)
-    frame = dynfilter.FrameView(image=np.zeros((48, 64), np.uint8))
-    robot_then = robot.copy()
     robot[:] = False  # the filter has a copy
-    labels = filter.apply(frame, None, points)
-    owner = oracle(points, robot_then[None], np.zeros(len(points)))
-    assert np.array_equal(labels.removed, owner == 0)
+    labels = filter.apply(scene.frame(), None, scene.points)
+    assert np.array_equal(labels.removed, scene.points[:, 1] >= 100)
     assert (labels.instance == -1).all()
 
 
@@ -70,7 +37,7 @@ def test_masks_in_place_of_a_segmentation_are_told_what_is_wanted(scene):
     camera = dynfilter.Camera(fx=500, fy=500, cx=80, cy=60)
     for filter in (dynfilter.DynamicFilter(), dynfilter.MotionFilter(camera)):
         for wrong in (scene.mask, scene.segmentation().instances, 0):
-            with pytest.raises(TypeError, match="want a Segmentation or None; see Segmentation.from"):
+            with pytest.raises(TypeError, match=r"segmentation: Optional\[dynfilter.Segmentation\]"):
                 filter.apply(scene.frame(), wrong, scene.points)
 
 
@@ -102,34 +69,18 @@ def test_missed_limb_is_compensated(scene):
     assert labels.statistics.instances[0].depth_range_m.contains(1.5)
 
 
-def person_in_its_box():
-    """A mask in the left half of its box, features on it, on the wall, and two to its right."""
-    mask = np.zeros((480, 640), bool)
-    mask[100:400, 200:300] = True
-    frame = dynfilter.FrameView(image=np.zeros((480, 640), np.uint8))
-    segmentation = dynfilter.Segmentation.from_masks(
-        frame, mask[None], boxes=np.array([[200, 100, 400, 400]], np.float32)
-    )
-    on_mask = [(x, y) for x in (210, 250, 290) for y in range(110, 390, 30)]
-    on_wall = [(500, 100 + 5 * k) for k in range(40)]
-    points = np.array(on_mask + on_wall + [(380, 200), (380, 300)], np.float32)
-    depths_m = np.full(len(points), 2.0)
-    depths_m[len(on_mask) : -2] = 6.0
-    depths_m[-1] = 6.0
-    return frame, segmentation, points, depths_m
-
-
-def test_what_stands_at_the_persons_depth_goes():
-    frame, segmentation, points, depths_m = person_in_its_box()
-    labels = dynfilter.DynamicFilter().apply(frame, segmentation, points, depths_m=depths_m)
-    assert labels.removed[:30].all()
-    assert not labels.removed[30:-2].any()
-    assert labels[-2].reason == dynfilter.Reason.compensated
-    assert not labels.removed[-1]
+def test_depths_of_features_stand_for_a_depth_image(scene):
+    frame = dynfilter.FrameView(image=scene.image)
+    masks = dynfilter.Segmentation.from_masks(frame, scene.mask[None], scene.box)
+    column, row = scene.points.astype(int).T
+    depths_m = scene.depth[row, column] / 5000
+    filter = dynfilter.DynamicFilter()
+    labels = filter.apply(frame, masks, scene.points, depths_m=depths_m)
     compensation = labels.statistics.instances[0].compensation
     assert compensation == dynfilter.Compensation.applied_without_image
-    with pytest.raises(ValueError, match="depths_m of .*; want one for each feature, 72"):
-        dynfilter.DynamicFilter().apply(frame, segmentation, points, depths_m=depths_m[1:])
+    assert labels.removed[scene.person[row, column]].all()
+    with pytest.raises(ValueError, match=f"depths_m of .*; want one for each feature, {len(row)}"):
+        filter.apply(frame, masks, scene.points, depths_m=depths_m[1:])
 
 
 def findings_of(scene, masks, scale=1.0):

