@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -10,10 +11,27 @@
 
 namespace dynfilter::detail {
 
-/// Throws for a file that is missing, malformed or cannot be written: "<path>: <what is wrong>".
+inline bool is_control(char c) { return static_cast<unsigned char>(c) < ' ' || c == '\x7F'; }
+
+/// Tells whether a name would break a list, or write to a terminal more than its letters.
+inline bool has_control(const std::string& name) {
+  return std::any_of(name.begin(), name.end(), is_control);
+}
+
+/// Returns a message with text of a file in it for people: a control character becomes '?', and
+/// the middle of a long text is left out.
+inline std::string shown(std::string text) {
+  constexpr std::size_t begin = 700, end = 300;
+  if (text.size() > begin + end) text.replace(begin, text.size() - begin - end, " ... ");
+  std::replace_if(text.begin(), text.end(), is_control, '?');
+  return text;
+}
+
+/// Throws for a file that is missing, malformed or cannot be written: "<path>: <what is wrong>", in
+/// one line.
 [[noreturn]] inline void throw_file_error(const std::filesystem::path& path,
                                           const std::string& what) {
-  throw std::runtime_error(path.string() + ": " + what);
+  throw std::runtime_error(shown(path.string() + ": " + what));
 }
 
 /// Returns the type of file at a path and follows symbolic links. Throws std::runtime_error that

@@ -32,9 +32,12 @@ inline bool is_hidden_name(const fs::path& name) {
   return name.string().rfind(hidden_prefix, 0) == 0;
 }
 
-/// Returns the canonical path of a folder that need not exist.
+/// Returns the canonical path of a folder that need not exist. Throws std::runtime_error that names
+/// a path that cannot be resolved.
 inline fs::path canonical_folder(const fs::path& folder) {
-  const fs::path path = fs::weakly_canonical(fs::absolute(folder));
+  std::error_code failure;
+  const fs::path path = fs::weakly_canonical(fs::absolute(folder), failure);
+  if (failure) throw_file_error(folder, "cannot be read: " + failure.message());
   return path.has_filename() ? path : path.parent_path();  // "out/" is "out"
 }
 
@@ -44,20 +47,24 @@ inline bool is_within(const fs::path& inner, const fs::path& outer) {
 }
 
 /// Throws std::runtime_error if a file of this name would not lie in the folder itself, because
-/// one of its folders is a link.
+/// one of its folders is a link, or could not be listed.
 inline void require_own_place(const fs::path& folder, const fs::path& name) {
-  const fs::path parent = (folder / name).parent_path();
-  if (fs::weakly_canonical(parent) == parent) return;
-  throw_file_error(parent, "is no folder of " + folder.string() + " itself; name another folder");
+  if (has_control(name.string())) throw_file_error(name, "want a name without control characters");
+  for (fs::path inner = name.parent_path(); !inner.empty(); inner = inner.parent_path()) {
+    const fs::file_status status = fs::symlink_status(folder / inner);
+    if (!fs::exists(status) || fs::is_directory(status)) continue;
+    throw_file_error(folder / inner,
+                     "is no folder of " + folder.string() + " itself; name another folder");
+  }
 }
 
 /// The files that an earlier writer of this name wrote into a folder and that are still there.
 class WrittenFiles {
  public:
-  /// `folder` must be canonical.
+  /// `folder` must be canonical. Throws std::runtime_error for a list that is no regular file.
   WrittenFiles(const fs::path& folder, const std::string& writer)
       : folder_(folder), writer_(writer), list_(folder / list_name(writer)) {
-    if (!fs::is_regular_file(fs::symlink_status(list_))) return;
+    if (!fs::exists(require_writable(list_))) return;
     std::ifstream stream(list_);
     std::string line;
     has_list_ = std::getline(stream, line) && line == title();
@@ -79,6 +86,7 @@ class WrittenFiles {
                                     " already; name another folder, or overwrite it (--overwrite)");
     }
     if (has_list_ || !fs::exists(folder_)) return;
+    if (!fs::is_directory(folder_)) throw_file_error(folder_, "is no folder");
     for (fs::recursive_directory_iterator entry(folder_), end; entry != end; ++entry) {
       if (is_hidden_name(entry->path().filename())) {
         entry.disable_recursion_pending();

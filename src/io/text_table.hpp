@@ -107,7 +107,7 @@ class TableReader {
   const std::filesystem::path& path() const { return path_; }
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw std::runtime_error(path_.string() + ":" + std::to_string(line_) + ": " + what);
+    throw std::runtime_error(shown(path_.string() + ":" + std::to_string(line_) + ": " + what));
   }
 
   /// Refuses rows with fewer columns; `want` names the columns.

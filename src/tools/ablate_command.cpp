@@ -68,6 +68,8 @@ std::size_t checked_frame_count(const AblationPlan& plan) {
   }
   for (const SceneSpec& scene : plan.scenes) {
     for (const std::string& rule : plan.rules) {
+      detail::require_own_place(detail::canonical_folder(plan.out),
+                                std::filesystem::path(scene.name().name) / rule / "");
       inputs.require_harmless(folder_of(plan, scene, rule), run_writer, true);
     }
   }

@@ -5,6 +5,9 @@
 
 #include "io/staged_folder.hpp"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include "io/file_writing.hpp"
 #include "support/process.hpp"
 #include "support/test.hpp"
@@ -146,24 +149,63 @@ TEST(WriteFile, ReplacesAFileAndKeepsItsPermissions) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 1);
 }
 
-TEST(WriteFile, FollowsLinks) {
+TEST(WriteFile, RefusesWhatIsNoRegularFile) {
   const TemporaryFolder folder;
   folder.write("target", "old");
   fs::create_symlink("target", folder / "link");
   fs::create_symlink("made", folder / "dangling");
-  write_file(folder / "link", "new");
-  write_file(folder / "dangling", "new");
-  for (const char* name : {"target", "made"}) EXPECT_EQ(file_text(folder / name), "new");
-  for (const char* name : {"link", "dangling"}) EXPECT_TRUE(fs::is_symlink(folder / name));
+  ASSERT_EQ(mkfifo((folder / "fifo").c_str(), 0600), 0);
+  const FileTree before = testing::file_tree(folder.path());
+  for (const fs::path& path : {folder / "link", folder / "dangling", folder / "fifo", folder.path(),
+                               fs::path("/dev/null")}) {
+    for (const auto write : {write_file, append_to_file}) {
+      expect_error<std::runtime_error>([&] { write(path, "new"); }, path.string() + ": is ");
+    }
+  }
+  EXPECT_EQ(testing::file_tree(folder.path()), before);
+  for (int k = 0; k < 1000; ++k) {  // the names of parts
+    fs::create_symlink("target", folder / (".dynfilter-part-" + std::to_string(getpid()) + '-' +
+                                           std::to_string(k)));
+  }
+  write_file(folder / "file", "new");
+  EXPECT_EQ(file_text(folder / "file"), "new");
+  EXPECT_EQ(file_text(folder / "target"), "old");
 }
 
-TEST(WriteFile, WritesToADeviceAndRefusesAFolder) {
-  EXPECT_NO_THROW(write_file("/dev/null", "text"));
-  expect_error<std::runtime_error>([] { write_file("/dev/full", "text"); },
-                                   "/dev/full: cannot be written: No space left");
+// --- Links of an untrusted folder ----------------------------------------------------------------
+
+/// The names below, which the process's number is in; program_safety_test.cpp tries the others.
+TEST(StagedFolder, FollowsNoLinkAtItsHiddenFolder) {
+  for (const std::string target : {"home/file", "home", "home/nothing"}) {
+    SCOPED_TRACE(target);
+    const TemporaryFolder folder;
+    folder.write("home/file", "mine");
+    fs::create_directory(folder / "out");
+    fs::create_symlink(folder / target,
+                       folder / "out" / (".dynfilter-test-" + std::to_string(getpid()) + "-0"));
+    try {
+      put(folder / "out", results("new"));
+      EXPECT_EQ(target, "home") << "it takes the next name";
+    } catch (const std::runtime_error& error) {
+      EXPECT_NE(std::string(error.what()).find("out: cannot be made: "), std::string::npos);
+    }
+    EXPECT_EQ(testing::file_tree(folder / "home"), (FileTree{{"file", "mine"}}));
+  }
+}
+
+TEST(StagedFolder, RefusesNamesThatAListCannotHoldAndFoldersThatAreNone) {
   const TemporaryFolder folder;
-  expect_error<std::runtime_error>([&] { write_file(folder.path(), "text"); },
-                                   folder.path().string() + ": cannot be written: Is a directory");
+  expect_error<std::runtime_error>(
+      [&] {
+        put(folder / "out", {{"a\nb", ""}});
+      },
+      "a?b: want a name without control characters");
+  folder.write("file", "mine");
+  expect_error<std::runtime_error>([&] { put(folder / "file", results("new")); },
+                                   "file: is no folder");
+  fs::create_symlink("loop", folder / "loop");
+  expect_error<std::runtime_error>([&] { put(folder / "loop/out", results("new")); },
+                                   "loop/out: cannot be read: Too many levels");
 }
 
 TEST(AppendToFile, AddsAPieceOrNothing) {

@@ -225,11 +225,20 @@ TEST_F(PluginRecordings, RefuseFilesOfOthersAndLinks) {
     write(name, "mine");
     expect_refused(std::string("holds ") + name + ", which no earlier dynfilter plugin wrote");
   }
-  fs::remove_all(out());
-  record(1);
-  fs::rename(out() / "overlays", path("moved"));
-  fs::create_directory_symlink(path("moved"), out() / "overlays");
-  expect_refused("overlays: is no folder of");
+  fs::create_directories(path("home"));
+  std::ofstream(path("home/file")) << "mine";
+  for (const char* name :
+       {".dynfilter-plugin.txt", "frames.csv", "overlays", "overlays/100.000000.png"}) {
+    for (const char* target : {"home/file", "home", "home/nothing"}) {
+      SCOPED_TRACE(std::string(name) + " -> " + target);
+      fs::remove_all(out());
+      record(1);
+      fs::remove_all(out() / name);
+      fs::create_symlink(path(target), out() / name);
+      EXPECT_THROW(record(1), std::runtime_error);
+      EXPECT_EQ(file_tree(path("home")), (FileTree{{"file", "mine"}}));
+    }
+  }
 }
 
 TEST_F(PluginRecordings, NameAFolderThatCannotBeMadeOrChanged) {

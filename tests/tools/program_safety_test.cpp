@@ -104,6 +104,49 @@ TEST_F(ProgramSafety, OutputNeverDamagesInput) {
   }
 }
 
+/// Returns the files and folders in a folder, of files one a folder and extension.
+std::set<fs::path> typical_names(const fs::path& folder) {
+  std::set<fs::path> names, kinds;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const fs::path name = entry.path().lexically_relative(folder);
+    const fs::path kind = name.parent_path() / ('*' + name.extension().string());
+    if (entry.is_directory() || name.extension() != ".png" || kinds.insert(kind).second) {
+      names.insert(name);
+    }
+  }
+  return names;
+}
+
+/// A data set may hold links at the names that an earlier call would have left.
+TEST_F(ProgramSafety, FollowsNoLinkInAnOutputFolder) {
+  folder_.write("home/file", "mine");
+  const std::string of = quoted(out("tiny")), options = " --features 50 --out OUT";
+  succeed("synth " + of + " --frames 1 --width 64 --height 48");
+  const auto plant = [&](std::string command) {
+    const fs::path folder = out("out"), made = out("made");
+    command.replace(command.find("OUT"), 3, quoted(folder));
+    for (const fs::path& old : {folder, made}) fs::remove_all(old);
+    succeed(command);
+    fs::rename(folder, made);
+    for (const fs::path& name : typical_names(made)) {
+      for (const char* target : {"home/file", "home", "home/nothing"}) {
+        SCOPED_TRACE(command + "\n" + name.string() + " -> " + target);
+        fs::remove_all(folder);
+        fs::copy(made, folder, fs::copy_options::recursive);
+        fs::remove_all(folder / name);
+        fs::create_symlink(out(target), folder / name);
+        expect_mentions(run(command), "error: " + folder.string());
+        EXPECT_EQ(file_tree(out("home")), (FileTree{{"file", "mine"}}));
+      }
+    }
+  };
+  plant("run " + of + " --rule mask --overlays 1" + options);
+  plant("ablate " + of + " --rules mask" + options);
+  plant("masks " + of + " --format static --overwrite --out OUT");
+  plant("synth OUT --overwrite --frames 1 --width 64 --height 48");
+  plant("masks " + of + peer() + " --overwrite --out OUT");  // the last, because a thread slows all
+}
+
 TEST_F(ProgramSafety, ForeignFilesAreKept) {
   const std::string command =
       "run " + quoted(scene()) + " --features 200 --out " + quoted(out("result")) + " --overlays ";
@@ -201,6 +244,14 @@ TEST_F(ProgramSafety, OddPathsAreTakenOrRefused) {
         "masks " + quoted(scene()) + peer() + " --out", std::string("synth")}) {
     expect_refused(command + " ''", command == "synth" ? "FOLDER: got" : "--out: got");
   }
+  folder_.write("file", "mine");
+  fs::create_symlink("loop", out("loop"));
+  for (const char* command : {"run ", "ablate "}) {
+    const std::string of = command + quoted(scene()) + " --out ";
+    expect_refused(of + quoted(out("file")), "file");
+    expect_refused(of + quoted(out("loop")), "loop: cannot be read: Too many levels");
+  }
+  fs::remove(out("loop"));
   const fs::path odd = out("caf\xE9");
   fs::rename(scene(), odd);
   expect(allowed, "run " + quoted(odd) + " --features 200 --out " + quoted(out("result")));
