@@ -95,8 +95,9 @@ std::vector<ListedFrame> read_list(const fs::path& list, const fs::path& folder,
 
 /// Returns the images of a folder, in the order of their names; without any, those of its folders,
 /// but for depth and masks.
-std::vector<fs::path> image_files(const fs::path& folder) {
+std::vector<fs::path> image_files(const fs::path& folder, std::set<fs::path>& seen) {
   std::vector<fs::path> files, folders;
+  if (!seen.insert(fs::canonical(folder)).second) return files;  // a link to a folder around it
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = detail::lower_case(entry.path().filename().string());
     const bool is_other =
@@ -108,12 +109,20 @@ std::vector<fs::path> image_files(const fs::path& folder) {
     }
   }
   if (files.empty()) {
+    std::sort(folders.begin(), folders.end());
+    std::stable_partition(folders.begin(), folders.end(),
+                          [](const fs::path& inner) { return !fs::is_symlink(inner); });
     for (const fs::path& inner : folders) {
-      for (fs::path& file : image_files(inner)) files.push_back(std::move(file));
+      for (fs::path& file : image_files(inner, seen)) files.push_back(std::move(file));
     }
   }
   std::sort(files.begin(), files.end());
   return files;
+}
+
+std::vector<fs::path> image_files(const fs::path& folder) {
+  std::set<fs::path> seen;
+  return image_files(folder, seen);
 }
 
 /// Returns images by the times in their names, or else as 30 a second.
@@ -215,7 +224,8 @@ std::vector<ListedFrame> frames_of(const fs::path& folder, ImageLists lists,
 
 [[noreturn]] void refuse(const ListedImage& image, const std::string& what) {
   const std::string line = image.line == 0 ? "" : detail::concatenate(":", image.line);
-  throw std::runtime_error(image.list.string() + line + ": " + image.file + " " + what);
+  throw std::runtime_error(
+      detail::shown(image.list.string() + line + ": " + image.file + " " + what));
 }
 
 void require_files(const std::vector<ListedFrame>& frames) {
@@ -224,6 +234,7 @@ void require_files(const std::vector<ListedFrame>& frames) {
   std::size_t listed = 0;
   const auto look = [&](const ListedImage& image) {
     if (image.file.empty()) return;
+    if (detail::has_control(image.file)) refuse(image, "has a control character in its name");
     ++listed;
     std::error_code failure;
     const fs::file_type type = fs::status(image.path, failure).type();
@@ -254,9 +265,9 @@ RgbdSequenceEntry entry_of(const ListedFrame& frame) {
 /// Prints the file to write for a sequence without one: the data sets give the camera on a web
 /// page.
 [[noreturn]] void throw_no_camera(const fs::path& path) {
-  detail::throw_file_error(
-      path,
-      "there is no such camera file. Write it with these lines, or name another one or one of "
+  throw std::runtime_error(
+      path.string() +
+      ": there is no such camera file. Write it with these lines, or name another one or one of "
       "tum1, tum2, tum3 and bonn. The values "
       "are those of TUM's freiburg3 camera: replace them by those of the camera that recorded the "
       "sequence.\n"
@@ -315,8 +326,8 @@ FrameView RgbdSequence::read(std::size_t i) const {
   const double units = camera_.depth_units_per_metre;
   frame.metres_per_unit = units > 0 ? 1.0 / units : 0;
   // Depth images ignore an orientation tag, so colour images must ignore it too.
-  frame.image =
-      detail::read_image(listed.image_path, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  frame.image = detail::read_image(
+      listed.image_path, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION, camera_.image_size);
   const cv::Size size = frame.image.size();
   if (!camera_.image_size.empty() && size != camera_.image_size) {
     detail::throw_file_error(listed.image_path, detail::size_name(size) + " pixels, but " +
@@ -326,7 +337,7 @@ FrameView RgbdSequence::read(std::size_t i) const {
   }
   if (!has_depth_) return frame;
 
-  cv::Mat depth = detail::read_image(listed.depth_path, cv::IMREAD_UNCHANGED);
+  cv::Mat depth = detail::read_image(listed.depth_path, cv::IMREAD_UNCHANGED, size);
   if (depth.type() == CV_64FC1) depth.convertTo(depth, CV_32F);
   if (depth.type() != CV_16UC1 && depth.type() != CV_32FC1) {
     detail::throw_file_error(listed.depth_path,

@@ -34,9 +34,18 @@ inline bool is_truncated_png(const std::vector<std::uint8_t>& bytes) {
   return text.substr(0, 8) == "\x89PNG\r\n\x1A\n" && text.find("IEND") == text.npos;
 }
 
+/// Returns the number of so many bytes, the highest first.
+inline std::uint32_t big_endian(const std::vector<std::uint8_t>& bytes, std::size_t at,
+                                std::size_t count = 4) {
+  std::uint32_t value = 0;
+  for (std::size_t k = at; k < at + count; ++k) value = value << 8U | bytes[k];
+  return value;
+}
+
 /// Tells whether a JPEG file ends before its marker "end of image". libjpeg decodes such a file and
 /// makes up the rest. Previews inside it have such markers, too, so that its segments are followed.
-inline bool is_truncated_jpeg(const std::vector<std::uint8_t>& bytes) {
+/// Sets the size of the image, which its frame header tells.
+inline bool is_truncated_jpeg(const std::vector<std::uint8_t>& bytes, cv::Size* size = nullptr) {
   const auto is_marker = [&](std::size_t i) {  // neither a stuffed byte nor a restart
     const bool is_restart = bytes[i + 1] >= 0xD0 && bytes[i + 1] <= 0xD7;
     return bytes[i] == 0xFF && bytes[i + 1] != 0 && bytes[i + 1] != 0xFF && !is_restart;
@@ -48,12 +57,42 @@ inline bool is_truncated_jpeg(const std::vector<std::uint8_t>& bytes) {
     } else if (bytes[i + 1] == 0xD9) {
       return false;
     } else if (i + 3 < bytes.size()) {
-      i += 2 + (std::size_t{bytes[i + 2]} << 8U | bytes[i + 3]);  // the segment's length
+      const int kind = bytes[i + 1];
+      const bool is_frame = kind == 0xC0 || (kind > 0xC0 && kind <= 0xCF && kind % 4 != 0);
+      if (size != nullptr && is_frame && i + 8 < bytes.size()) {
+        size->height = static_cast<int>(big_endian(bytes, i + 5, 2));
+        size->width = static_cast<int>(big_endian(bytes, i + 7, 2));
+      }
+      i += 2 + big_endian(bytes, i + 2, 2);  // the segment's length
     } else {
       break;
     }
   }
   return true;
+}
+
+/// Returns the size that the header of a PNG or JPEG file tells; empty for other formats.
+inline cv::Size size_in_header(const std::vector<std::uint8_t>& bytes) {
+  cv::Size size;
+  const bool is_png = bytes.size() > 24 && bytes[0] == 0x89 && bytes[1] == 'P';
+  if (is_png)
+    return {static_cast<int>(big_endian(bytes, 16)), static_cast<int>(big_endian(bytes, 20))};
+  is_truncated_jpeg(bytes, &size);
+  return size;
+}
+
+/// Refuses an image that would take much more memory than its frame, before it is decoded: a small
+/// file may hold a large one. An empty frame size is unknown.
+inline void require_bounded(cv::Size own, cv::Size frame, const std::filesystem::path& path) {
+  constexpr std::int64_t max_scale = 4;         // larger masks or depth take 16 times the memory
+  constexpr std::int64_t max_pixels = 1 << 28;  // more than cameras have; takes .8 GB in colour
+  const std::int64_t width = own.width, height = own.height;
+  if (!frame.empty() && (width > max_scale * frame.width || height > max_scale * frame.height)) {
+    throw_file_error(
+        path, size_name(own) + " pixels; want at most 4 times the frame's " + size_name(frame));
+  }
+  if (width * height <= max_pixels) return;
+  throw_file_error(path, size_name(own) + " pixels; want at most 2^28");
 }
 
 /// Reads a whole file. Throws std::runtime_error that names it.
@@ -71,9 +110,11 @@ inline std::vector<std::uint8_t> read_bytes(const std::filesystem::path& path) {
 }
 
 /// Decodes the bytes of an image file; flags as for cv::imread. Throws std::runtime_error that
-/// names the file.
+/// names the file, also for an image that is too large for its frame.
 inline cv::Mat decode_image(const std::filesystem::path& path,
-                            const std::vector<std::uint8_t>& bytes, int flags) {
+                            const std::vector<std::uint8_t>& bytes, int flags,
+                            cv::Size frame = {}) {
+  require_bounded(size_in_header(bytes), frame, path);
   cv::Mat image;
   try {
     const bool is_truncated = is_truncated_png(bytes) || is_truncated_jpeg(bytes);
@@ -85,8 +126,8 @@ inline cv::Mat decode_image(const std::filesystem::path& path,
   return image;
 }
 
-inline cv::Mat read_image(const std::filesystem::path& path, int flags) {
-  return decode_image(path, read_bytes(path), flags);
+inline cv::Mat read_image(const std::filesystem::path& path, int flags, cv::Size frame = {}) {
+  return decode_image(path, read_bytes(path), flags, frame);
 }
 
 /// Returns the pixels of a mask or of depth at the size of the image that they belong to: those of

@@ -4,10 +4,14 @@
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <iterator>
+#include <limits>
+#include <map>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -112,15 +116,14 @@ std::vector<fs::path> mask_files(const fs::path& folder, bool may_be_empty) {
   detail::throw_file_error(folder, "holds no mask; want <time>.png files directly in it" + found);
 }
 
-/// Adds the non-zero values of a mask.
-void add_values(const cv::Mat& mask, std::set<int>& values) {
-  std::vector<bool> is_there(65536);
-  cv::Mat1w wide;
-  mask.convertTo(wide, CV_16U);
-  for (const std::uint16_t value : wide) is_there[value] = true;
-  for (int value = 1; value < 65536; ++value) {
-    if (is_there[static_cast<std::size_t>(value)]) values.insert(value);
-  }
+/// Scales a box from a mask to its frame.
+cv::Rect scaled(const cv::Rect& box, cv::Size mask, cv::Size frame) {
+  constexpr double least = std::numeric_limits<int>::min(), most = std::numeric_limits<int>::max();
+  const auto scale = [&](int pixels, int from, int to) {
+    return static_cast<int>(std::clamp(std::round(double{1} * pixels * to / from), least, most));
+  };
+  return {scale(box.x, mask.width, frame.width), scale(box.y, mask.height, frame.height),
+          scale(box.width, mask.width, frame.width), scale(box.height, mask.height, frame.height)};
 }
 
 /// Returns the instances of a label map, with their rows of the table.
@@ -248,7 +251,28 @@ bool MaskFolderSegmenter::is_within_reach(Masks::const_iterator mask, double tim
                                      detail::microseconds(options_.max_time_difference_s);
 }
 
-Segmentation MaskFolderSegmenter::do_segment(const FrameView& frame) {
+std::vector<int> MaskFolderSegmenter::values() const {
+  constexpr std::size_t max_masks = 30;
+  std::vector<bool> is_there(detail::max_mask_label + 1);
+  std::size_t i = 0;
+  for (const auto& [time, mask] : masks_) {
+    if (has_table_ || i++ % (masks_.size() / max_masks + 1) != 0) continue;
+    cv::Mat1w wide;
+    try {
+      detail::read_mask(mask.path, {}).convertTo(wide, CV_16U);
+    } catch (const std::runtime_error&) {
+      continue;  // segment says what is wrong with it
+    }
+    for (const std::uint16_t value : wide) is_there[value] = true;
+  }
+  std::vector<int> values;
+  for (int value = 1; value <= detail::max_mask_label; ++value) {
+    if (is_there[static_cast<std::size_t>(value)]) values.push_back(value);
+  }
+  return values;
+}
+
+Segmentation MaskFolderSegmenter::read(const FrameView& frame) const {
   const std::string time = detail::time_text(frame.timestamp_s);
   if (!detail::is_time_in_seconds(frame.timestamp_s)) {
     detail::throw_misuse("MaskFolderSegmenter", "timestamp_s = " + time, "seconds");
@@ -263,8 +287,9 @@ Segmentation MaskFolderSegmenter::do_segment(const FrameView& frame) {
   }
   const fs::path& file = mask->second.path;
   detail::require_regular_file(file);
-  cv::Mat pixels = detail::read_mask(file);
   Segmentation result = empty_segmentation(frame);
+  cv::Mat pixels = detail::read_mask(file, result.image_size);
+  const cv::Size own_size = pixels.size();
   if (result.image_size.empty()) result.image_size = pixels.size();
   if (frame.image.empty() && pixels.size() != result.image_size) {
     // The features are pixels of an image whose size is not known: nothing can be scaled to it.
@@ -282,8 +307,10 @@ Segmentation MaskFolderSegmenter::do_segment(const FrameView& frame) {
   try {
     if (has_table_) {
       result.instances = labelled_instances(pixels, mask->second.instances, file);
+      for (Instance& instance : result.instances) {
+        instance.box = scaled(instance.box, own_size, result.image_size);
+      }
     } else {
-      add_values(pixels, values_);
       result.instances = instances_from_binary_mask(cv::Mat(pixels != 0), options_.box_margin_px);
     }
   } catch (const std::invalid_argument& error) {  // its objects are no objects

@@ -15,6 +15,7 @@
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/detail/rectangles.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "io/file_error.hpp"
 #include "io/file_writing.hpp"
 #include "io/frame_names.hpp"
 #include "io/image_file.hpp"
@@ -112,9 +113,10 @@ void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& 
   const std::optional<double> known_s =
       frame_timestamp_s ? frame_timestamp_s : segmentation.timestamp_s;
   const std::optional<double> time_s = any_names_ ? known_s : detail::time_of_name(stem);
-  if (!time_s || stem.find_first_of(",\"/\n") != std::string::npos) {
-    detail::throw_misuse(name, "the stem '" + stem + "'",
-                         any_names_ ? "no comma, quote or slash" : "a time in seconds");
+  if (!time_s || stem.find_first_of(",\"/") != std::string::npos || detail::has_control(stem)) {
+    detail::throw_misuse(
+        name, "the stem '" + stem + "'",
+        any_names_ ? "no comma, quote, slash or control character" : "a time in seconds");
   }
   const double frame_time_s = known_s.value_or(*time_s);
   if (!is_found(*time_s, frame_time_s)) {

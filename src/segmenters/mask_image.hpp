@@ -31,12 +31,6 @@ struct PngHeader {
   static constexpr std::uint8_t palette = 3, grey = 0;
 };
 
-inline std::uint32_t big_endian(const std::vector<std::uint8_t>& bytes, std::size_t at) {
-  std::uint32_t value = 0;
-  for (std::size_t k = at; k < at + 4; ++k) value = value << 8U | bytes[k];
-  return value;
-}
-
 /// Returns the checksum of a PNG's chunk, CRC-32 of its type and data.
 inline std::uint32_t checksum(const std::uint8_t* begin, const std::uint8_t* end) {
   std::uint32_t sum = 0xFFFFFFFFU;
@@ -94,18 +88,22 @@ inline cv::Mat one_channel(const cv::Mat& pixels, const std::filesystem::path& f
   return mask;
 }
 
-/// Reads a mask: CV_8UC1 or CV_16UC1, of a palette the indices. Throws std::runtime_error that
-/// names the file.
-inline cv::Mat read_mask(const std::filesystem::path& file) {
+/// Reads the mask of a frame of this size, empty if it is unknown: CV_8UC1 or CV_16UC1, of a
+/// palette the indices. Throws std::runtime_error that names the file, also for one that is neither
+/// PNG nor JPEG.
+inline cv::Mat read_mask(const std::filesystem::path& file, cv::Size frame) {
   const std::vector<std::uint8_t> bytes = read_bytes(file);
+  if (size_in_header(bytes).empty()) {
+    throw_file_error(file, "cannot be decoded: truncated, or no PNG");
+  }
   const bool is_png = bytes.size() > PngHeader::end && bytes[0] == 0x89 && bytes[1] == 'P';
   const bool has_palette = is_png && bytes[PngHeader::colour_type] == PngHeader::palette;
   if (!has_palette || is_truncated_png(bytes)) {
-    const cv::Mat mask = one_channel(decode_image(file, bytes, cv::IMREAD_UNCHANGED), file);
+    const cv::Mat mask = one_channel(decode_image(file, bytes, cv::IMREAD_UNCHANGED, frame), file);
     if (mask.depth() == CV_8U || mask.depth() == CV_16U) return mask;
     throw_file_error(file, "a mask of type " + type_name(mask) + "; want 8 or 16 bits");
   }
-  cv::Mat indices = decode_image(file, without_palette(bytes), cv::IMREAD_UNCHANGED);
+  cv::Mat indices = decode_image(file, without_palette(bytes), cv::IMREAD_UNCHANGED, frame);
   const int bits = bytes[PngHeader::bit_depth];
   if (bits < 8) indices /= 255 / ((1 << bits) - 1);  // the decoder scales them to 0 … 255
   return indices;

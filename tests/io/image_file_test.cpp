@@ -9,6 +9,7 @@
 namespace dynfilter::detail {
 namespace {
 
+namespace fs = std::filesystem;
 using Bytes = std::vector<std::uint8_t>;
 using testing::expect_error;
 using testing::TemporaryFolder;
@@ -66,6 +67,32 @@ TEST(ImageFile, RefusesATruncatedJpegByName) {
         [&] { read_image(folder / "image.jpg", cv::IMREAD_GRAYSCALE); },
         "image.jpg: cannot be decoded: truncated, or no image");
   }
+}
+
+/// A small file that holds a large image must be known before it is decoded.
+TEST(ImageFile, RefusesALargeImageByItsHeader) {
+  for (const char* name : {"image.png", "image.jpg"}) {
+    const TemporaryFolder folder;
+    Bytes bytes;
+    cv::imencode(fs::path(name).extension().string(), cv::Mat1b(24, 6000, 7), bytes);
+    EXPECT_EQ(size_in_header(bytes), cv::Size(6000, 24));
+    folder.write(name, std::string(bytes.begin(), bytes.end()));
+    const auto read = [&](cv::Size frame) { return read_image(folder / name, 0, frame).size(); };
+    EXPECT_EQ(read({}), cv::Size(6000, 24));
+    EXPECT_EQ(read({1500, 6}), cv::Size(6000, 24));
+    expect_error<std::runtime_error>(
+        [&] {
+          read({1499, 6});
+        },
+        std::string(name) + ": 6000x24 pixels; want at most 4 times");
+  }
+  const TemporaryFolder folder;
+  Bytes bytes;
+  cv::imencode(".png", cv::Mat1b(1, 1, 7), bytes);
+  bytes[17] = bytes[21] = 1;  // 65537 pixels wide and high
+  folder.write("image.png", std::string(bytes.begin(), bytes.end()));
+  expect_error<std::runtime_error>([&] { read_image(folder / "image.png", 0); },
+                                   "65537x65537 pixels; want at most 2^28");
 }
 
 // --- Images of another size ----------------------------------------------------------------------

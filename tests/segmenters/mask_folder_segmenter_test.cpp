@@ -3,6 +3,8 @@
 
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 
+#include <thread>
+
 #include "segmenters/mask_folder.hpp"
 #include "support/test.hpp"
 
@@ -289,6 +291,48 @@ TEST(MaskFolderSegmenter, RefusesMasksThatDoNotFit) {
   fs::remove(folder / "1.png");
   expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); },
                                    "1.png: there is no such file");
+}
+
+TEST(MaskFolderSegmenter, ScalesTheBoxesOfATableWithItsMasks) {
+  const TemporaryFolder folder;
+  write_mask(folder, "1.png", some_labels());
+  folder.write("instances.csv", table_header +
+                                    "1,1,0,0.9,1,1,2,2\n1,2,0,0.9,-3,0,2147483647,3\n"
+                                    "1,3,0,0.9,5,4,1,1\n");
+  MaskFolderSegmenter people(folder.path());
+  const Segmentation result = people.segment(frame_at(1, {24, 18}));
+  EXPECT_EQ(result.image_size, cv::Size(24, 18));
+  EXPECT_EQ(result.instances.at(0).box, cv::Rect(3, 3, 6, 6));
+  EXPECT_EQ(result.instances.at(0).mask.size(), cv::Size(6, 6));
+  EXPECT_EQ(result.instances.at(1).box, cv::Rect(-9, 0, 2147483647, 9));
+  EXPECT_EQ(people.segment(frame_at(1, {4, 3})).instances.at(2).box, cv::Rect(3, 2, 1, 1));
+}
+
+TEST(MaskFolderSegmenter, RefusesALargeMaskBeforeItIsDecoded) {
+  const TemporaryFolder folder;
+  write_mask(folder, "1.png", cv::Mat(24576 / 8, 32768 / 8, CV_8UC1, cv::Scalar(1)));
+  MaskFolderSegmenter people(folder.path());
+  expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); },
+                                   "1.png: 4096x3072 pixels; want at most 4 times the frame's 8x6");
+}
+
+/// The thread sanitizer sees a reader that writes.
+TEST(MaskFolderSegmenter, SeveralThreadsReadAtOnce) {
+  const TemporaryFolder folder;
+  for (int k = 0; k < 8; ++k) {
+    write_mask(folder, std::to_string(1.5 + k) + ".png", cv::Mat(6, 8, CV_8UC1, cv::Scalar(k + 1)));
+  }
+  MaskFolderSegmenter people(folder.path());
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([&] {
+      for (int k = 0; k < 8; ++k) {
+        EXPECT_EQ(people.segment(frame_at(1.5 + k)).instances.size(), 1U);
+      }
+    });
+  }
+  EXPECT_EQ(people.values(), (std::vector<int>{1, 2, 3, 4, 5, 6, 7, 8}));
+  for (std::thread& thread : threads) thread.join();
 }
 
 // --- Recorded masks ------------------------------------------------------------------------------

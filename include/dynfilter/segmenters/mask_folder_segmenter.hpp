@@ -10,7 +10,6 @@
 #include <limits>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -42,7 +41,9 @@ struct MaskFolderOptions {
 /// score 1 (see instances_from_binary_mask).
 ///
 /// A palette counts by its indices; three channels must be equal, and what is transparent is 0. A
-/// mask of the frame's shape is resized by the nearest neighbour. The files must not change.
+/// mask of the frame's shape, at most 4 times as wide, is resized by the nearest neighbour, and the
+/// table's boxes, which are in the mask's pixels, are scaled. The files must not change. Several
+/// threads may call segment at once.
 class MaskFolderSegmenter final : public Segmenter {
  public:
   /// Segmentation::frame_id of masks that were made of another image than the frame's.
@@ -62,9 +63,10 @@ class MaskFolderSegmenter final : public Segmenter {
   /// Whether there is a mask for a frame of this time. O(log n).
   bool has_mask(double timestamp_s) const;
 
-  /// Returns the different non-zero values of the binary masks read so far, in rising order: more
-  /// than one hints at classes, or soft masks. O(values).
-  std::vector<int> values() const { return {values_.begin(), values_.end()}; }
+  /// Returns the different non-zero values of at most 30 of the masks, in rising order: more than
+  /// one hints at classes, or soft masks. Reads them anew; skips those that cannot be read. Returns
+  /// none where there is a table.
+  std::vector<int> values() const;
 
  private:
   struct Mask {
@@ -77,8 +79,9 @@ class MaskFolderSegmenter final : public Segmenter {
   /// Reads the frame's mask. Throws std::runtime_error that names the file for a mask that is
   /// missing, cannot be decoded, or differs from the frame in shape, for one in colours, and for a
   /// label that the table lacks.
-  Segmentation do_segment(const FrameView& frame) override;
+  Segmentation do_segment(const FrameView& frame) override { return read(frame); }
 
+  Segmentation read(const FrameView& frame) const;
   std::optional<double> time_of(const std::string& stem) const;
   void index_masks();
   void read_table(const std::filesystem::path& path);
@@ -89,7 +92,6 @@ class MaskFolderSegmenter final : public Segmenter {
   MaskFolderOptions options_;
   bool has_table_ = false;
   Masks masks_;
-  std::set<int> values_;
 };
 
 }  // namespace dynfilter
