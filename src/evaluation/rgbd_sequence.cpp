@@ -266,7 +266,7 @@ RgbdSequenceEntry entry_of(const ListedFrame& frame) {
 /// page.
 [[noreturn]] void throw_no_camera(const fs::path& path) {
   throw std::runtime_error(
-      path.string() +
+      detail::shown(path.string()) +
       ": there is no such camera file. Write it with these lines, or name another one or one of "
       "tum1, tum2, tum3 and bonn. The values "
       "are those of TUM's freiburg3 camera: replace them by those of the camera that recorded the "

@@ -24,9 +24,11 @@ inline std::string lower_case(std::string text) {
   return text;
 }
 
-/// Tells whether a file is called like an image that OpenCV reads.
-inline bool is_image_name(const std::filesystem::path& file) {
-  const std::string extension = lower_case(file.extension().string());
+/// Tells whether a file is called like an image that OpenCV reads. O(extension).
+inline bool is_image_name(const std::string& file) {
+  const std::size_t dot = file.rfind('.');
+  if (dot == std::string::npos || dot == 0 || file[dot - 1] == '/') return false;
+  const std::string extension = lower_case(file.substr(dot, 6));
   for (const char* known :
        {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".pgm", ".ppm", ".pbm"}) {
     if (extension == known) return true;
@@ -38,7 +40,7 @@ inline bool is_image_name(const std::filesystem::path& file) {
 /// (a.jpg.png, as COLMAP wants) and without the word mask before or after (a_mask.png).
 inline std::string frame_stem(const std::filesystem::path& mask) {
   std::string stem = mask.stem().string();
-  while (is_image_name(stem)) stem = std::filesystem::path(stem).stem().string();
+  while (is_image_name(stem)) stem.resize(stem.rfind('.'));
   const std::string name = lower_case(stem);
   constexpr std::size_t length = 5;
   const auto is_word = [&](std::size_t begin, std::string_view word) {

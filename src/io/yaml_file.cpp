@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <sstream>
 
 #include "dynfilter/detail/errors.hpp"
 #include "io/file_error.hpp"
@@ -21,6 +22,23 @@ std::string text_of(const cv::FileNode& node) {
   if (node.isReal()) return concatenate(static_cast<double>(node));
   if (node.isString()) return "\"" + static_cast<std::string>(node) + "\"";
   return node.isSeq() ? "a list" : node.isMap() ? "a map" : "nothing";
+}
+
+/// Deeper nesting of lists and maps may overflow the stack of OpenCV's parser.
+constexpr std::ptrdiff_t max_nesting = 1000;
+
+/// Tells whether a text may nest deeper: by brackets, or by maps and lists that begin in one line.
+bool may_nest_deeply(const std::string& text) {
+  std::istringstream lines(text);
+  std::ptrdiff_t brackets = 0, others = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line[std::min(line.find_first_not_of(" \t"), line.size())] == '#') continue;
+    brackets +=
+        std::count(line.begin(), line.end(), '[') + std::count(line.begin(), line.end(), '{');
+    others = std::max(others, std::count(line.begin(), line.end(), ':') +
+                                  std::count(line.begin(), line.end(), '-'));
+  }
+  return std::max(brackets, others) > max_nesting;
 }
 
 /// Makes whole numbers infinite that int does not hold, because OpenCV would wrap them.
@@ -57,6 +75,11 @@ YamlFile::YamlFile(std::filesystem::path path) : path_(std::move(path)) {
   std::ifstream stream(path_, std::ios::binary);
   const std::string bytes(std::istreambuf_iterator<char>(stream), {});
   if (!stream.is_open() || stream.bad()) refuse("cannot be read");
+  const char* const want = "is no OpenCV YAML file, whose first line is %YAML:1.0";
+  if (bytes.find("%YAML") > 3) refuse(want);  // neither XML nor JSON, which nest otherwise
+  if (may_nest_deeply(bytes)) {
+    refuse(concatenate("may nest more than ", max_nesting, " lists and maps; want settings"));
+  }
   try {
     // Read from memory: in a path, FileStorage takes everything after a '?' for options.
     storage_.open(without_wrapped_numbers(bytes), cv::FileStorage::READ | cv::FileStorage::MEMORY);
@@ -74,7 +97,7 @@ YamlFile::YamlFile(std::filesystem::path path) : path_(std::move(path)) {
     } else {
       what = error.err;
     }
-    refuse("is no OpenCV YAML file, whose first line is %YAML:1.0 (" + what + ")");
+    refuse(std::string(want) + " (" + what + ")");
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include "io/text_table.hpp"
 
+#include "io/frame_names.hpp"
 #include "io/frame_table.hpp"
 #include "io/yaml_file.hpp"
 #include "support/test.hpp"
@@ -64,6 +65,30 @@ TEST(TextTable, CountsLinesWithAnyEnds) {
 TEST(TextTable, NamesUtf16WithoutItsMark) {
   testing::expect_error<std::runtime_error>([] { rows_of(std::string("1\0 \0", 4)); },
                                             "holds zero bytes: UTF-16 without a byte order mark");
+}
+
+TEST(TextTable, MessagesAreOneShortLine) {
+  const testing::TemporaryFolder folder;
+  const std::string cell = std::string(1000000, 'x') + "\x1B[2J";
+  TableReader table(folder.write("table.txt", cell + '\n'));
+  ASSERT_TRUE(table.next());
+  try {
+    table.number(0, "time");
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    const std::string what = error.what();
+    EXPECT_LT(what.size(), 1100U);
+    EXPECT_FALSE(has_control(what)) << what;
+    EXPECT_NE(what.find("?[2J'; want a finite number"), what.npos) << what;
+  }
+}
+
+TEST(FrameNames, LongNamesTakeNoTime) {
+  std::string name = "1.5";
+  for (int k = 0; k < 1000000; ++k) name += ".png";
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(frame_stem(name), "1.5");
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
 }
 
 // --- YAML ----------------------------------------------------------------------------------------
@@ -148,6 +173,7 @@ TEST_F(YamlFileTest, RefusesFilesThatAreNotYaml) {
   const std::pair<std::string, const char*> cases[] = {
       {"", "is no OpenCV YAML file"},
       {"key: 3\n", "whose first line is %YAML:1.0"},
+      {"<?xml version=\"1.0\"?><opencv_storage><key>3</key></opencv_storage>", "is no OpenCV"},
       {"%YAML:1.0\nkey: 3\nkey\n", "line 3: Missing ':'"},
       {"%YAML:1.0\nkey: 1,5\n", "line 2: "},
   };
@@ -157,6 +183,18 @@ TEST_F(YamlFileTest, RefusesFilesThatAreNotYaml) {
     expect_error<std::runtime_error>([&] { YamlFile file(path); }, path.string() + ": ");
     expect_error<std::runtime_error>([&] { YamlFile file(path); }, message);
   }
+}
+
+/// OpenCV's parser recurses: each of these overflowed the stack.
+TEST_F(YamlFileTest, RefusesDeepNesting) {
+  for (const std::string level : {"[ ", "{ a: ", "{\n a:\n ", "- ", "a: "}) {
+    SCOPED_TRACE(level);
+    std::string deep = level == "- " ? "\n " : "";
+    for (int k = 0; k < 100000; ++k) deep += level;
+    const auto path = with(deep + "1");
+    expect_error<std::runtime_error>([&] { YamlFile file(path); }, "may nest more than 1000");
+  }
+  EXPECT_EQ(YamlFile(with("3\n#" + std::string(2000, '-') + "\nother: 4")).number("key"), 3);
 }
 
 // --- Table of frames -----------------------------------------------------------------------------
