@@ -202,6 +202,7 @@ fi
 if [[ $wanted == *' valgrind '* ]]; then packages+=(valgrind); fi
 if [[ $all == yes ]]; then
   packages+=(clang-format shellcheck doxygen libbenchmark-dev)
+  if is_available colmap; then packages+=(colmap); fi # judges masks for it
   if is_available pybind11-dev; then packages+=(pybind11-dev python3-dev python3-mypy python3-pytest); fi
 fi
 need_build_packages "${packages[@]}"

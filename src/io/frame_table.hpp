@@ -33,10 +33,18 @@ inline std::size_t count_instances(const FrameStatistics& statistics, Compensati
   return count;
 }
 
+/// Returns a text as a cell of a CSV, in quotes where readers need them.
+inline std::string csv_cell(const std::string& text) {
+  if (text.find_first_of(",\"") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+
 /// Returns the cells of these columns, without an end of line.
 inline std::string frame_cells(const std::string& frame, double timestamp_s,
                                const FrameStatistics& s) {
-  std::string cells = frame + ',' + time_text(timestamp_s) + ',' +
+  std::string cells = csv_cell(frame) + ',' + time_text(timestamp_s) + ',' +
                       (s.has_segmentation ? '1' : '0') + ',' +
                       (s.segmentation_age_s < HUGE_VAL ? time_text(s.segmentation_age_s) : "");
   for (const std::size_t count :

@@ -15,6 +15,7 @@
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "frame_source.hpp"
 #include "io/file_error.hpp"
+#include "io/file_writing.hpp"
 #include "progress_bar.hpp"
 #include "shared_options.hpp"
 
@@ -75,19 +76,19 @@ std::string depth_offset_text(const DepthOffsetEstimate& estimate) {
          (offset.seconds < 0 ? " s later" : " s earlier");
 }
 
-/// Returns a file's path as lists have it: relative to the sequence's folder, or absolute if it
-/// lies elsewhere.
+/// Returns a file's path as ORB-SLAM's loader wants it: relative, because it is appended to the
+/// sequence's folder. Refuses blanks, which divide a row there.
 std::string listed(const std::filesystem::path& file, const std::filesystem::path& folder) {
-  const auto path = std::filesystem::absolute(file).lexically_normal();
-  const auto relative = path.lexically_relative(folder.lexically_normal());
-  const bool is_below = !relative.empty() && *relative.begin() != "..";
-  return is_below ? relative.generic_string() : path.generic_string();
+  auto path = std::filesystem::absolute(file).lexically_normal();
+  path = path.lexically_relative(folder.lexically_normal());
+  if (path.empty() || *path.begin() == "..") path = std::filesystem::relative(file, folder);
+  if (path.native().find_first_of(" \t") == std::string::npos) return path.string();
+  detail::throw_file_error(file, "has a blank in its path, where SLAM programs divide a row");
 }
 
 std::string associations_text(const RgbdSequence& sequence) {
   const std::filesystem::path folder = std::filesystem::absolute(sequence.folder());
-  std::string text = "# written by dynfilter sync, depth offset " +
-                     detail::time_text(sequence.depth_offset_s()) + " s\n";
+  std::string text;  // without a comment, which ORB-SLAM's loader takes for a frame
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const RgbdSequenceEntry& entry = sequence.entry(i);
     text += detail::time_text(entry.timestamp_s) + ' ' + listed(entry.image_path, folder) + ' ' +
@@ -103,7 +104,7 @@ void sync(const SyncOptions& options) {
   if (!sequence.has_depth()) {
     detail::throw_file_error(options.sequence, "has no depth images to compare with");
   }
-  if (std::filesystem::exists(options.write)) {
+  if (std::filesystem::exists(std::filesystem::symlink_status(options.write))) {
     detail::throw_file_error(options.write, "exists; name another file");
   }
   const DepthOffsetEstimate estimate = estimate_offset(sequence);

@@ -51,30 +51,6 @@ std::string replaced(std::string text, const std::string& what, const std::strin
   return text;
 }
 
-/// Multiplies the first column, and the third one if it is a time.
-std::string with_times(const std::string& text, double factor) {
-  std::string result;
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) {
-    std::istringstream cells(line);
-    std::string changed;
-    for (std::string cell; line[0] != '#' && cells >> cell;) {
-      const auto number = detail::parse_number(cell);
-      const bool is_time = number && (changed.empty() || line.find("depth/") != line.npos);
-      if (!changed.empty()) changed += ' ';
-      changed += is_time ? detail::fixed_decimals(std::round(*number * factor), 0) : cell;
-    }
-    result += (line[0] == '#' ? line : changed) + '\n';
-  }
-  return result;
-}
-
-std::string utf16(const std::string& text) {
-  std::string bytes = "\xFF\xFE";
-  for (const char c : text) bytes += c, bytes += '\0';
-  return bytes;
-}
-
 std::string in_nanoseconds(const std::string& stem) {
   return detail::fixed_decimals(std::round(*detail::parse_number(stem) * 1e9), 0) + ".png";
 }
@@ -124,11 +100,6 @@ TEST_F(ProgramInputs, GiveTheScenesResultOrASentence) {
     cv::resize(mask, image, {640, 480}, 0, 0, cv::INTER_NEAREST);
     return image;
   };
-  const auto lists = [](const std::function<std::string(const std::string&)>& change) {
-    return [=](const fs::path& scene) {
-      for (const char* file : {"associations.txt", "groundtruth.txt"}) text(file, change)(scene);
-    };
-  };
   const struct {
     const char* name;
     Change change;
@@ -139,24 +110,11 @@ TEST_F(ProgramInputs, GiveTheScenesResultOrASentence) {
   } variants[] = {
       {"a known camera", [](auto&) {}, "but tum3 says 640x480", {}, true, "--camera tum3"},
       {"float metres", images("depth", in_metres), "", Expected::masks},
-      {"UTF-16", lists(utf16)},
-      {"commas", lists([](const std::string& s) { return replaced(s, " ", ","); })},
-      {"decimal commas",
-       text("associations.txt", [](const std::string& s) { return replaced(s, "1.0", "1,0"); }),
-       "want a finite number, with a decimal point"},
-      {"nanoseconds", lists([](const std::string& s) { return with_times(s, 1e9); }),
-       "nanoseconds? want seconds"},
-      {"numbers", text("associations.txt", [](const std::string& t) { return with_times(t, 30); }),
-       "its times number the frames"},
+      {"commas", text("associations.txt", [](auto& s) { return replaced(s, " ", ","); })},
       {"white with alpha", images("masks", with_alpha)},
       {"a_mask.png", names("masks", [](const std::string& s) { return s + "_mask.png"; })},
-      {"masks of another size", images("masks", enlarged)},
+      {"masks of another size", images("masks", enlarged), "", {}, false},
       {"masks by number", names("masks", numbered), "look numbered", {}, false},
-      {"masks in nanoseconds",
-       names("masks", in_nanoseconds),
-       "nanoseconds? want seconds",
-       {},
-       false},
       {"images and masks by number",
        [](const fs::path& scene) {
          names("rgb", numbered)(scene);
@@ -309,54 +267,6 @@ TEST_F(ProgramInputs, DepthGetsHoles) {
   });
   expect_refused("masks " + quoted(colour) + " --format depth --out " + quoted(out("no depth")),
                  "has no depth, which --format depth needs");
-}
-
-// --- dynfilter eval ------------------------------------------------------------------------------
-
-TEST_F(ProgramInputs, EvalReadsTheTrajectoriesOfUsers) {
-  const std::string truth = file_text(scene() / "groundtruth.txt");
-  const auto write = [&](const char* name, const std::string& text) {
-    std::ofstream(out(name), std::ios::binary) << text;
-    return quoted(out(name));
-  };
-  const std::string epoch = replaced(truth, "\n1.", "\n1403636579.");
-  const std::string own = write("epoch.txt", epoch);
-  const struct {
-    const char* name;
-    std::string text;
-    const char* sentence = "";
-  } variants[] = {
-      {"CR", replaced(epoch, "\n", "\r")},
-      {"UTF-16", utf16(replaced(epoch, "\n", "\r\n"))},
-      {"commas", replaced(epoch, " ", ",")},
-      {"nanoseconds", with_times(epoch, 1e9)},
-      {"nanoseconds from 0", with_times(truth, 1e9), "nanoseconds? want seconds"},
-      {"microseconds", with_times(epoch, 1e6), "want seconds, not microseconds"},
-      {"milliseconds", with_times(epoch, 1e3), "want seconds, not milliseconds"},
-      {"KITTI", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 1 0 1 0 0 0 0 1 0\n", "without times"},
-      {"columns", "1 2 3 4 5\n", "got 5 columns; want 8: timestamp tx"},
-  };
-  for (const auto& variant : variants) {
-    SCOPED_TRACE(variant.name);
-    const Outcome outcome = run("eval " + write(variant.name, variant.text) + " " + own);
-    if (*variant.sentence != '\0') {
-      EXPECT_NE(outcome.exit_code, 0);
-      expect_mentions(outcome, variant.sentence);
-      continue;
-    }
-    EXPECT_EQ(outcome.exit_code, 0);
-    expect_mentions(outcome, "ate_rmse_m                           0.000000");
-    expect_mentions(outcome, "pairs                                6\n");
-  }
-  // KITTI's poses, one metre apart and ten a second: 0.1 m off in the last one.
-  std::string poses, off;
-  for (int i = 0; i < 14; ++i) {
-    const std::string x = std::to_string(i * (i % 3)), end = " 0 0 1 0\n";
-    poses += "1 0 0 " + x + " 0 1 0 " + std::to_string(i) + end;
-    off += "1 0 0 " + x + (i == 12 ? ".1" : "") + " 0 1 0 " + std::to_string(i) + end;
-  }
-  const Outcome kitti = succeed("eval " + write("kitti off", off) + " " + write("kitti", poses));
-  expect_mentions(kitti, "rpe_translation_max_m                0.100000");
 }
 
 }  // namespace

@@ -5,9 +5,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tools/small_scene_test.hpp"
-
+#include "support/neighbours.hpp"
 #include "support/test.hpp"
+#include "tools/small_scene_test.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -47,16 +47,13 @@ TEST_F(ProgramSync, MeasuresAndWritesAssociationsThatAreInStep) {
     EXPECT_FALSE(advice.mentions("dynfilter.depth_offset_s")) << "the plugin refuses it";
   }
   // The k-th image goes with the depth image that was made with it.
-  std::ifstream file(pairs);
-  std::string line, image_time, image, depth_time, depth;
-  std::getline(file, line);
-  EXPECT_EQ(line.rfind("# written by dynfilter sync", 0), 0U);
-  int rows = 0;
-  for (; file >> image_time >> image >> depth_time >> depth; ++rows) {
-    EXPECT_EQ(fs::path(image).stem(), fs::path(depth).stem());
-    EXPECT_GT(std::stod(depth_time), std::stod(image_time));
+  const auto frames = load_images(pairs);
+  EXPECT_EQ(frames.size(), 29U);
+  for (const OrbSlamFrame& frame : frames) {
+    EXPECT_EQ(frame.image.substr(0, 4), "rgb/");
+    EXPECT_EQ(fs::path(frame.image).stem(), fs::path(frame.depth).stem());
+    EXPECT_GT(frame.depth_time_s, frame.time_s);
   }
-  EXPECT_EQ(rows, 29);
   const Outcome again = run("sync " + quoted(scene()));
   expect_mentions(again, "recommended: keep the pairs");
 }
@@ -64,11 +61,13 @@ TEST_F(ProgramSync, MeasuresAndWritesAssociationsThatAreInStep) {
 TEST_F(ProgramSync, WritesNewFilesOnly) {
   const fs::path mine = folder_ / "mine.txt";
   std::ofstream(mine) << "mine\n";
-  for (const fs::path& file : {mine, scene() / "depth.txt", folder_.path()}) {
+  fs::create_symlink(folder_ / "nothing", scene() / "dangling");
+  for (const fs::path& file : {mine, scene() / "depth.txt", folder_.path(), scene() / "dangling"}) {
     expect_refused("sync " + quoted(scene()) + " --write " + quoted(file),
                    file.string() + ": exists; name another file");
   }
   EXPECT_EQ(file_text(mine), "mine\n");
+  EXPECT_FALSE(fs::exists(folder_ / "nothing"));
 }
 
 TEST_F(ProgramSync, ListsFilesThatAnAbsoluteListNames) {
@@ -86,14 +85,17 @@ TEST_F(ProgramSync, ListsFilesThatAnAbsoluteListNames) {
     }
   }
   succeed("sync " + quoted(other) + " --write " + quoted(pairs));
-  std::ifstream file(pairs);
-  std::string line, image_time, image, depth_time, depth;
-  std::getline(file, line);
-  int rows = 0;
-  for (; file >> image_time >> image >> depth_time >> depth; ++rows) {
-    EXPECT_TRUE(fs::exists(image) && fs::exists(depth)) << image << ' ' << depth;
+  const auto frames = load_images(pairs);
+  EXPECT_EQ(frames.size(), 29U);
+  for (const OrbSlamFrame& frame : frames) {
+    for (const std::string& file : {frame.image, frame.depth}) {
+      EXPECT_TRUE(fs::is_regular_file(other.string() + '/' + file)) << file;
+    }
   }
-  EXPECT_EQ(rows, 29);
+  fs::rename(scene() / "rgb", scene() / "r gb");
+  fs::create_directory_symlink("r gb", scene() / "rgb");
+  fs::remove(pairs);
+  expect_refused("sync " + quoted(other) + " --write " + quoted(pairs), "has a blank in its path");
 }
 
 TEST_F(ProgramSync, RunSaysItUntilTheOffsetIsGiven) {
