@@ -26,7 +26,7 @@ except ImportError as error:
 ORDER = ["none", "mask", "paper", "depth"]  # further rules follow by name, and perfect comes last
 STYLE = """body { font: 16px/1.5 sans-serif; max-width: 1060px; margin: 2em auto; padding: 0 1em; color: #222; }
 img { max-width: 100%; } figure { margin: 0; } .row { display: flex; flex-wrap: wrap; gap: 1.5em; }
-.row figure { width: 320px; } figcaption { font-size: 85%; color: #555; }"""
+.row figure { width: 640px; max-width: 100%; } figcaption { font-size: 85%; color: #555; }"""
 plt.switch_backend("Agg")  # needs no screen
 plt.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False,
                      "axes.grid": True, "grid.color": "#e5e5e5", "axes.axisbelow": True,
@@ -170,15 +170,15 @@ def courses(runs, colour):
 
 
 def worst_frames(runs):
-    """Names each rule's worst frames, and shows the worst one, or the run's other pictures."""
+    """Names each rule's worst frames, and shows the worst one."""
     figures = []
     for run in runs:
         key = "kept" if np.isnan(run.column("dynamic_left")).all() else "dynamic_left"
         worst = np.argsort(run.column(key) if key == "kept" else -run.column(key), kind="stable")[:3]
         what = key.replace("_", " ")
         names = ", ".join(f"{html.escape(run.rows[i]['frame'])} ({run.rows[i][key]} {what})" for i in worst)
-        files = [run.folder / "worst_frame.jpg", *sorted((run.folder / "overlays").glob("*.png"))]
-        shown = next((embedded(file.read_bytes()) for file in files if file.is_file()), "")
+        file = run.folder / "worst_frame.jpg"
+        shown = embedded(file.read_bytes()) if file.is_file() else ""
         figures.append(f"<figure>{shown}<figcaption><b>{html.escape(run.rule)}</b>: {names}</figcaption></figure>")
     return '<h3>The worst frames</h3><div class="row">' + "".join(figures) + "</div>"
 

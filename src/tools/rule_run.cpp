@@ -144,9 +144,9 @@ const FrameStatistics& RuleRun::process(const SourceFrame& frame, ExtractedFeatu
 void RuleRun::add_pictures(const SourceFrame& frame, const Segmentation& masks,
                            FeaturesView features, const FrameRecord& record) {
   const cv::Mat& image = frame.frame.image;
-  if (record.scores) {
-    worst_.offer(record.scores->dynamic_left, frame.stem, image, masks, features, labels_);
-  }
+  std::optional<std::size_t> dynamic_left;
+  if (record.scores) dynamic_left = record.scores->dynamic_left;
+  worst_.offer(dynamic_left, frame.stem, image, masks, features, labels_);
   if (pictures_.wants(record_.frames.size())) {
     pictures_.add(frame.stem, image, masks, features, by_mask_, labels_);
   }

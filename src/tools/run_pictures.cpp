@@ -47,13 +47,17 @@ void RunPictures::add(const std::string& stem, const cv::Mat& image,
   detail::write_image(folder_ / (stem + ".png"), row);
 }
 
-void WorstFrame::offer(std::size_t dynamic_left, const std::string& stem, const cv::Mat& image,
-                       const Segmentation& segmentation, FeaturesView features,
-                       const FeatureLabels& labels) {
-  if (dynamic_left <= dynamic_left_) return;
-  dynamic_left_ = dynamic_left;
+void WorstFrame::offer(std::optional<std::size_t> dynamic_left, const std::string& stem,
+                       const cv::Mat& image, const Segmentation& segmentation,
+                       FeaturesView features, const FeatureLabels& labels) {
+  const std::size_t kept = labels.statistics().kept();
+  const double badness =
+      dynamic_left ? static_cast<double>(*dynamic_left) : -static_cast<double>(kept);
+  if (badness_ && badness <= *badness_) return;
+  badness_ = badness;
   picture_ = with_caption(draw_overlay(image, segmentation, features, labels),
-                          stem + " s: " + std::to_string(dynamic_left) + " dynamic left");
+                          stem + ": " + std::to_string(dynamic_left.value_or(kept)) +
+                              (dynamic_left ? " dynamic left" : " kept"));
 }
 
 void WorstFrame::write(const std::filesystem::path& folder) const {

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include <opencv2/core.hpp>
@@ -36,17 +37,18 @@ class RunPictures {
   RuleInfo rule_;
 };
 
-/// Keeps the first of the frames in which most dynamic features are left.
+/// Keeps the first of the frames in which most dynamic features are left or, where the truth is not
+/// known, fewest features are kept.
 class WorstFrame {
  public:
-  void offer(std::size_t dynamic_left, const std::string& stem, const cv::Mat& image,
+  void offer(std::optional<std::size_t> dynamic_left, const std::string& stem, const cv::Mat& image,
              const Segmentation& segmentation, FeaturesView features, const FeatureLabels& labels);
 
-  /// Writes worst_frame.jpg if there is such a frame.
+  /// Writes worst_frame.jpg.
   void write(const std::filesystem::path& folder) const;
 
  private:
-  std::size_t dynamic_left_ = 0;
+  std::optional<double> badness_;
   cv::Mat picture_;
 };
 

@@ -6,7 +6,6 @@
 #include <cstdio>
 
 #include "support/test.hpp"
-#include "tools/changed_scene.hpp"
 #include "tools/program.hpp"
 #include "tools/rule_set.hpp"
 #include "tools/run_record.hpp"
@@ -86,7 +85,9 @@ TEST_F(Ablate, ReportDrawsTheResults) {
   expect_mentions(outcome, "4 scenes in 2 groups");
   const std::string page = file_text(out("page.html"));
   for (const char* part : {"<h2>medium, medians over 2 scenes", "<h3>The camera's path</h3><img",
-                           "<h3>Over time</h3><img", "<b>mask</b>: 1."}) {
+                           "<h3>Over time</h3><img", "<b>mask</b>: 1.",
+                           "<h3>The worst frames</h3><div class=\"row\"><figure><img alt=\"\" "
+                           "src=\"data:image/jpeg"}) {
     EXPECT_NE(page.find(part), std::string::npos) << part;
   }
   EXPECT_EQ(page.find("src=\"h"), std::string::npos) << "one file holds all";
@@ -122,29 +123,6 @@ TEST_F(Ablate, TakesOtherMasksAndAnotherCameraOfASequence) {
           quoted(out("other.yaml")) + " --rules mask --out " + quoted(out("of others")));
   EXPECT_EQ(read_json(out("of others") / "with other masks/mask/summary.json")["dynamic_left"], 0)
       << "the masks are the true ones";
-}
-
-TEST_F(Ablate, ErodesMasksByEightPixels) {
-  const fs::path scene = out("to erode");
-  succeed("synth " + quoted(scene) + " --frames 3 --width 320 --height 240");
-  fs::copy(scene / "masks", scene / "eroded");
-  change_images(scene / "eroded", [](const cv::Mat& labels) {
-    const cv::Mat disc = cv::getStructuringElement(cv::MORPH_ELLIPSE, {17, 17});
-    cv::Mat result = cv::Mat::zeros(labels.size(), labels.type());
-    for (int label = 1; label < 10; ++label) {
-      cv::Mat mask = labels == label;
-      cv::erode(mask, mask, disc, {-1, -1}, 1, cv::BORDER_CONSTANT, 0);
-      result.setTo(label, mask);
-    }
-    return result;
-  });
-  const auto masked = [&](const std::string& options, const fs::path& results) {
-    succeed("ablate " + quoted(scene) + " --rules mask --features 4000 " + options + " --out " +
-            quoted(out("erosion")));
-    return read_json(out("erosion") / results / "mask/summary.json")["masked"].get<int>();
-  };
-  EXPECT_EQ(masked("--degrade eroded", "to erode_eroded"),
-            masked("--masks " + quoted(scene / "eroded"), "to erode"));
 }
 
 TEST_F(Ablate, OmitsPerfectMasksWithoutTruth) {
