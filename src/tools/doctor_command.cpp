@@ -125,10 +125,6 @@ Findings examine_sequence(const DoctorOptions& options) {
     scene.camera = options.camera;
     const auto source = scene.open(Truth::by_class);
     if (!source->facts().note.empty()) found.add(Condition::odd, source->facts().note);
-    if (!source->facts().has_depth) {
-      found.add(Condition::odd, "no depth images",
-                "the rules paper and depth abstain; add depth.txt, or expect masks alone");
-    }
     if (source->facts().masks_name.empty()) {
       found.add(Condition::odd, "no masks/", "make masks, see `dynfilter masks --help`");
     }

@@ -108,9 +108,12 @@ class Recording final : public FrameSource {
     }
     facts_.has_true_masks = true_masks_ || !degraded_.empty();
     if (truth == Truth::by_motion) open_moving_masks();
-    if (!facts_.has_depth && detail::exists(spec.sequence / "depth")) {
-      facts_.note = (spec.sequence / "depth").string() +
-                    " is not used: neither associations.txt nor depth.txt lists its images";
+    if (!facts_.has_depth) {
+      facts_.note = "no depth images, so masks act alone";
+      if (detail::exists(spec.sequence / "depth")) {
+        facts_.note += "; " + (spec.sequence / "depth").string() +
+                       " is not used: neither associations.txt nor depth.txt lists its images";
+      }
     }
     if (const auto file = sequence_.groundtruth_file()) {
       TrajectoryFile read = read_trajectory_file(*file);

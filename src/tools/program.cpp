@@ -4,6 +4,7 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <new>
 #include <string>
@@ -12,20 +13,32 @@
 
 #include "commands.hpp"
 #include "dynfilter/version.hpp"
+#include "io/file_error.hpp"
 #include "progress_bar.hpp"
 
 namespace dynfilter::tools {
 namespace {
 
-/// Refuses an empty value of any option of a sub-command, as of a shell variable that is not set.
-void refuse_empty_values(CLI::App& program) {
+/// Refuses an empty value of any option of a sub-command, as of a shell variable that is not set,
+/// and whole numbers in another notation.
+void refuse_odd_values(CLI::App& program) {
   const CLI::Validator something(
       [](std::string& text) -> std::string {
         return text.empty() ? "got an empty value; leave the option out, or name something" : "";
       },
       "");
+  const CLI::Validator decimal(
+      [](std::string& text) -> std::string {
+        return text.size() > 1 && text[0] == '0' ? "got " + text + "; want no 0 before a number"
+                                                 : "";
+      },
+      "");
   for (CLI::App* command : program.get_subcommands({})) {
-    for (CLI::Option* option : command->get_options()) option->check(something);
+    for (CLI::Option* option : command->get_options()) {
+      option->check(something);
+      const bool is_whole = option->get_type_name().find("INT") != std::string::npos;
+      if (is_whole) option->check(decimal);  // C++ takes 010 for 8
+    }
   }
 }
 
@@ -40,7 +53,7 @@ int parse_and_run(int argc, char** argv) {
   add_doctor_command(program);
   add_eval_command(program);
   add_ablate_command(program);
-  refuse_empty_values(program);
+  refuse_odd_values(program);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -61,6 +74,10 @@ int run_program(int argc, char** argv) {
     exit_code = 1;
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "error: there is not enough memory\n");
+    exit_code = 1;
+  } catch (const std::filesystem::filesystem_error& error) {
+    const std::string what = error.path1().string() + ": " + error.code().message();
+    std::fprintf(stderr, "error: %s\n", detail::shown(what).c_str());
     exit_code = 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "error: %s\n", error.what());

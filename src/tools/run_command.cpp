@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -50,6 +51,11 @@ void run(const RunOptions& options) {
   RunSettings settings = options.settings;
   settings.masks = scene.reads_masks ? source->facts().masks_name : options.segmenter.name();
   const RuleInfo& rule = rule_of(options, *source);
+  const bool has_own_masks = !scene.masks.empty() || segmenter;
+  if (has_own_masks && (rule.masks == RuleMasks::absent || rule.is_bound())) {
+    throw std::runtime_error("rule " + rule.name +
+                             " takes no masks: got --masks or a segmenter; want neither");
+  }
   RuleRun work(rule, scene, *source, settings, options.out);
   const odometry::OrbExtractor extractor(options.settings.features);
   SourceChecks checks(*source, settings, rule.moves_masks());
@@ -101,7 +107,7 @@ void add_run_command(CLI::App& program) {
                            ->type_name("LEVEL");
   sequence->excludes(level);
   command->add_option("--scene-seed", options->scene.level_seed, "seed of the level")
-      ->check(CLI::NonNegativeNumber)
+      ->check(CLI::Range(0, 999999999))
       ->capture_default_str()
       ->needs(level);
   add_level_size_options(*command, options->scene, level);

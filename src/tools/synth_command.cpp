@@ -152,7 +152,7 @@ void add_synth_command(CLI::App& program) {
                    "a level of the list below [a scene of 90 frames]")
       ->type_name("LEVEL");
   command->add_option("--seed", options->scene.level_seed, "another seed is another scene")
-      ->check(CLI::NonNegativeNumber)
+      ->check(CLI::Range(0, 999999999))
       ->capture_default_str();
   add_level_size_options(*command, options->scene);
   command->add_option("--persons", options->persons, "number of persons, 0 to 8")

@@ -3,7 +3,7 @@
 
 // Sequences and options that a sub-command must not take in silence.
 
-#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "support/neighbours.hpp"
 #include "support/test.hpp"
 #include "tools/changed_scene.hpp"
 #include "tools/program.hpp"
@@ -42,6 +42,11 @@ TEST_F(OddInput, OptionsWithoutEffectAndEmptyValuesAreRefused) {
   expect_refused("ablate --levels medium --depth-offset 0.03" + out,
                  "--depth-offset requires SEQUENCES");
   expect_refused("run --level medium --depth-offset 0.03" + out, "excludes");
+  for (const char* rule : {"motion", "perfect"}) {
+    expect_refused(
+        "run" + of + " --masks " + quoted(folder_ / "scene/masks") + " --rule " + rule + out,
+        "takes no masks");
+  }
   expect_refused("doctor --camera camera.yaml", "--camera requires SEQUENCE");
   expect_refused("run" + of + " --masks ''", "--masks: got an empty");
   expect_refused("doctor ''", "SEQUENCE: got an empty");
@@ -51,10 +56,24 @@ TEST_F(OddInput, OptionsWithoutEffectAndEmptyValuesAreRefused) {
 TEST_F(OddInput, StaleMasksOfALevelHaveTheirTime) {
   const fs::path stale = folder_ / "stale";
   succeed("synth " + quoted(stale) + " --level stale_3 --frames 5 --width 160 --height 120");
-  FrameView frame;
-  frame.timestamp_s = 1.133333;  // the last one
-  EXPECT_DOUBLE_EQ(*MaskFolderSegmenter(stale / "masks").segment(frame).timestamp_s, 1.033333);
+  const std::string rows = read_by_others("csv " + quoted(stale / "masks/instances.csv"));
+  EXPECT_NE(rows.find("\n1.133333|1|"), std::string::npos) << "the last frame";
+  EXPECT_EQ(rows.substr(rows.size() - 10), "|1.033333\n") << rows;
   expect_mentions(run("synth " + quoted(folder_ / "x") + " --level easy"), "medium");
+}
+
+TEST_F(OddInput, FoldersOfPhotosMayHoldLoopsButNoControlCharacters) {
+  const fs::path rgb = scene(2) / "rgb", photos = folder_ / "photos";
+  fs::create_directories(photos);
+  fs::rename(rgb, photos / "2026");
+  for (const char* link : {"photos/latest", "photos/2026/latest"}) {
+    fs::create_directory_symlink(photos, folder_ / link);
+  }
+  const std::string command = "run " + quoted(photos) + " --out " + quoted(folder_ / "out");
+  expect_mentions(succeed(command), "no depth images, so masks act alone");
+  EXPECT_EQ(read_json(folder_ / "out/summary.json")["frames"], 2);
+  fs::rename(photos / "2026/1.000000.png", photos / "2026/a\nb.png");
+  expect_refused(command, "2026/a?b.png has a control character in its name\n");
 }
 
 TEST_F(OddInput, ImagesOfDifferentSizesAreRefusedByName) {
@@ -76,9 +95,10 @@ struct NumberOption {
 const NumberOption number_options[] = {
     {"synth OUT", "--frames", {"0", "-1", "4294967297", "1.5", "x"}},
     {"synth OUT", "--width", {"15", "8193", ""}},
-    {"synth OUT", "--seed", {"-1", "x"}},
-    {"run --level medium", "--features", {"0", "100001"}},
+    {"synth OUT", "--seed", {"-1", "x", "99999999999999999999"}},
+    {"run --level medium", "--features", {"0", "100001", "010", "0x10"}},
     {"run --level medium", "--every", {"0", "1000001"}},
+    {"run --level medium", "--scene-seed", {"-1", "99999999999999999999"}},
     {"run --level medium", "--classes", {"-1", "0,4294967296", "a"}},
     {"run --level medium", "--margin", {"-1", "inf", "1e7"}},
     {"ablate --levels medium", "--frames", {"0", "4294967297"}},

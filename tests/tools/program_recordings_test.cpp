@@ -78,15 +78,6 @@ TEST_F(ProgramRecordings, EvalExplainsMissingFigures) {
   }
 }
 
-TEST_F(ProgramRecordings, EvalFindsNoScaleForACameraThatStands) {
-  const fs::path still = folder_.write("still.txt", "1 2 2 2 0 0 0 1\n2 2 2 2 0 0 0 1\n");
-  const fs::path moving = folder_.write("moving.txt", "1 1 0 0 0 0 0 1\n2 3 0 0 0 0 0 1\n");
-  const Outcome outcome = run("eval " + quoted(moving) + " " + quoted(still) + " --scale");
-  EXPECT_EQ(outcome.exit_code, 1);
-  expect_mentions(outcome, "no ate: absolute_trajectory_error: no scale");
-  expect_mentions(outcome, "no rpe: --scale needs the scale");
-}
-
 TEST_F(ProgramRecordings, EvalReadsAPipe) {
   const Outcome outcome =
       run_in_shell("cat " + quoted(truth()) +
