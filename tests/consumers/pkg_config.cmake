@@ -43,6 +43,24 @@ function(write_source out name header statement)
   set(${out} ${source} PARENT_SCOPE)
 endfunction()
 
+# The README's program, by the flags that the page names.
+include(${CONSUMERS_DIR}/readme_project.cmake)
+file(WRITE ${folder}/readme.cpp "${program}")
+execute_process(COMMAND ${PKG_CONFIG} --cflags --libs dynfilter opencv4 OUTPUT_VARIABLE flags
+                OUTPUT_STRIP_TRAILING_WHITESPACE)
+separate_arguments(flags UNIX_COMMAND "${flags}")
+run(output ${COMPILER} -std=c++17 ${folder}/readme.cpp -o ${folder}/readme ${flags})
+foreach(standard IN ITEMS 17 11)
+  set(name dynfilter)
+  if(standard EQUAL 11)
+    string(APPEND name -plugin)
+  endif()
+  file(STRINGS ${pc_folder}/${name}.pc description REGEX "for C\\+\\+${standard}\\)")
+  if(NOT description)
+    message(FATAL_ERROR "${name}.pc does not say that it is for C++${standard}")
+  endif()
+endforeach()
+
 expect_consumer(dynfilter ${CONSUMERS_DIR}/core/main.cpp core imgproc)
 write_source(source segmenters dynfilter/segmenters/mask_propagator.hpp
              "dynfilter::MaskPropagator propagator;")
