@@ -2,23 +2,24 @@
 // SPDX-License-Identifier: MIT
 
 /// @file
-/// Rule `depth`, the default, as it goes from file to file:
+/// Rule `depth`, the default, removes what the masks of dynamic objects missed:
 ///
-/// 1. Objects, detail/depth_object.hpp. The nearest cluster of depths on a mask is its object's
-///    depth. The object may be anywhere in its extent: the detector's box, grown by as much as it
-///    may have moved since the mask was made.
-/// 2. Gap, detail/mask_gap.hpp. In some rows, depth is followed from the mask to where the object
-///    ends. That gives the margin which the mask needs, and the shift of depth that is late.
-/// 3. Surfaces, SurfaceGrid in detail/surface_rule.hpp. A coarse grid of depths is flooded over
-///    small steps of depth, from the objects and from all that lies outside their extents.
-/// 4. Certainty, SurfaceRule in the same file. A feature is the object's if its surface is, if it
-///    lies within the margin, or if it has no depth and the object encloses it.
-/// 5. Labels, DepthCompensator::judge below. Features with a certainty of 1/2 are removed, others
-///    are kept, even on a stale mask. If they are too few, caution (keep_enough.hpp) keeps the most
-///    doubtful ones of those to be removed.
+/// 1. Depth    The nearest cluster of depths on an object's mask is the object's depth.
+/// 2. Gap      In some rows, depth is followed from the mask to where the object ends. That gives
+///             the margin which the mask needs, and the shift of depth that is late.
+/// 3. Extent   The object may be anywhere in its box, grown by how far it may have moved.
+/// 4. Surface  A coarse grid of depths is flooded over small steps of depth, from all objects and
+///             from all that lies outside their extents.
+/// 5. Rule     A feature belongs to an object if its surface does, if it lies within the margin, or
+///             if it has no depth, or one behind the object, and the object encloses it.
+/// 6. Labels   A feature is removed in the name of the first object that it belongs to. Others are
+///             kept, even on a stale mask.
+/// 7. Caution  Where too few would be kept, the most doubtful are.
 ///
-/// Without a depth image, detail/sparse_depth_rule.hpp stands in for steps 2 to 4. `refined`, in
-/// mask_refiner.hpp, takes steps 1 to 4 for every pixel.
+/// Steps 1 to 3 are ObjectFinder in detail/depth_object.hpp; 4 and 5 are SurfaceGrid and
+/// SurfaceRule in detail/surface_rule.hpp; 6 is DepthCompensator, below; 7 is keep_enough.hpp.
+/// Without a depth image, features' depths serve in 1, there is no 2 and 4, and SparseDepthRule in
+/// detail/sparse_depth_rule.hpp takes 5. `refined`, in mask_refiner.hpp, takes 1 to 5 for pixels.
 
 #ifndef DYNFILTER_DEPTH_COMPENSATOR_HPP
 #define DYNFILTER_DEPTH_COMPENSATOR_HPP
@@ -34,7 +35,6 @@
 #include "dynfilter/detail/sparse_depth_rule.hpp"
 #include "dynfilter/detail/surface_rule.hpp"
 #include "dynfilter/filter_input.hpp"
-#include "dynfilter/frame_features.hpp"
 #include "dynfilter/keep_enough.hpp"
 #include "dynfilter/labels.hpp"
 #include "dynfilter/workspace.hpp"
@@ -59,53 +59,28 @@ struct DepthCompensatorOptions {
 
 namespace detail {
 
-/// Returns a frame as rule `depth` sees it.
+/// Returns a frame as rule `depth` sees it. The input must outlive it.
 inline DepthRuleFrame depth_rule_frame(const DepthCompensatorOptions& options,
-                                       const FrameView& frame, const Segmentation& masks) {
-  const double age_s = std::abs(masks.age_s(frame.timestamp_s).value_or(0));
-  const double scale = pixel_scale(masks.image_size);
-  const double width_share = frame.depth.empty() ? SparseDepthRule::width_share : 1;
-  const double half_width_m = options.half_width_m * width_share;
-  const double margin_px = options.mask_margin_px * scale;
-  const double moved_px = options.motion_px_per_s * age_s * scale;
-  return {frame,    masks.image_size,           scale, half_width_m, margin_px,
-          moved_px, age_s > options.stale_age_s};
-}
-
-/// Finds the dynamic objects whose depths are known, by an ObjectFinder or a SparseDepthRule. The
-/// statistics say what became of each.
-template <class Finder>
-void find_objects(const FilterInput& input, const Finder& finder, FeatureLabels& labels,
-                  std::vector<DepthObject>& objects) {
+                                       const FilterInput& input) {
+  const cv::Size size = input.segmentation.image_size;
+  const double scale = pixel_scale(size), margin_px = options.mask_margin_px * scale;
+  const double age_s = std::abs(input.segmentation.age_s(input.frame.timestamp_s).value_or(0));
   const bool has_image = !input.frame.depth.empty();
-  const auto found = has_image ? Compensation::applied : Compensation::applied_without_image;
-  const auto lost = has_image || input.features.has_depths() ? Compensation::too_few_samples
-                                                             : Compensation::no_depth_image;
-  objects.clear();
-  objects.reserve(input.segmentation.instances.size());
-  for (std::size_t k = 0; k < input.segmentation.instances.size(); ++k) {
-    if (!labels.is_dynamic_object(k)) continue;
-    InstanceStatistics& statistics = labels.statistics().instances[k];
-    const auto object = finder.find(input.segmentation.instances[k], k, statistics);
-    statistics.compensation = object ? found : lost;
-    if (!object) continue;
-    const double half_width_m = object->frame->half_width_m;
-    statistics.depth_range_m = {object->depth_m - half_width_m, object->depth_m + half_width_m};
-    objects.push_back(*object);
-  }
+  const double half_width_m = options.half_width_m * (has_image ? 1 : SparseDepthRule::width_share);
+  const double moved_px = options.motion_px_per_s * age_s * scale;
+  const bool is_stale = age_s > options.stale_age_s;
+  return {input.frame,  input.features, input.index, size,      scale,
+          half_width_m, margin_px,      moved_px,    has_image, is_stale};
 }
 
 }  // namespace detail
 
-/// Removes the features that masks missed, by the surfaces in the depth image: the place of the
-/// paper's edge compensation (section 3.2). A feature is removed if its surface belongs to an
-/// object, if it lies within the margin of a fresh mask, or if it has no depth, or one behind the
-/// object, and the surfaces around it are the object's. A feature on a stale mask is kept unless it
-/// would be removed without the mask. The first instance whose test it passes has it; the score is
-/// the detector's confidence times the certainty, 1/2 or more. Without a depth image, features with
-/// depths serve (FeaturesView::with_depths). Without these, too, and from an instance whose depth
-/// or box is not known, the stage abstains; the statistics say so. Limit: a thing that touches an
-/// object at its depth, inside its box, is removed with it.
+/// Removes the features that masks missed, by the surfaces in the depth image, as told at the top
+/// of this file: the place of the paper's edge compensation (section 3.2). The score is the
+/// detector's confidence times the certainty. Without a depth image, features with depths serve
+/// (FeaturesView::with_depths). Without these, too, and from an instance whose depth or box is not
+/// known, the stage abstains; the statistics say so. Limit: a thing that touches an object at its
+/// depth, inside its box, is removed with it.
 class DepthCompensator {
  public:
   /// Takes the options. Throws std::invalid_argument for a number outside 0 to 1000000, and for a
@@ -135,19 +110,16 @@ class DepthCompensator {
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     validate(input, labels, "DepthCompensator");
     Scratch& scratch = workspace.get<Scratch>();
-    const auto frame = detail::depth_rule_frame(options_, input.frame, input.segmentation);
-    if (!input.frame.depth.empty()) {
-      detail::SurfaceGrid::reserve(frame, scratch.cells);
-      const detail::ObjectFinder finder(frame, scratch.finder);
-      detail::find_objects(input, finder, labels, scratch.objects);
-      const detail::SurfaceRule rule(frame, scratch.objects, scratch.cells);
-      judge(rule, input.index, labels, scratch);
+    const auto frame = detail::depth_rule_frame(options_, input);
+    detail::ObjectFinder finder(frame, scratch.finder);
+    finder.find_all(input.segmentation, labels, scratch.objects);
+    if (frame.has_image) {
+      judge(detail::SurfaceRule(frame, scratch.objects, scratch.cells), labels, scratch);
     } else {
-      const detail::SparseDepthRule rule(frame, input.features, input.index,
-                                         scratch.finder.depths_m);
-      detail::find_objects(input, rule, labels, scratch.objects);
-      judge(rule, input.index, labels, scratch);
+      judge(detail::SparseDepthRule(frame), labels, scratch);
     }
+    if (frame.is_stale) keep_on_stale_masks(labels, scratch.verdicts);
+    write_labels(labels, scratch);
   }
 
  private:
@@ -169,12 +141,40 @@ class DepthCompensator {
     std::vector<PlannedRemoval> removals;
   };
 
-  /// Judges the features by a rule, SurfaceRule or SparseDepthRule, and writes the labels.
+  /// Judges the features in the objects' extents that are not removed, or only by a stale mask.
+  /// Where extents overlap, the first object that a feature belongs to has it.
   template <class Rule>
-  void judge(const Rule& rule, const FrameFeatures& index, FeatureLabels& labels,
-             Scratch& scratch) const {
-    find_verdicts(rule, index, labels, scratch);
-    keep_on_stale_masks(labels, scratch);
+  static void judge(const Rule& rule, const FeatureLabels& labels, Scratch& scratch) {
+    scratch.verdicts.assign(labels.size(), Verdict());
+    for (const detail::DepthObject& object : scratch.objects) {
+      const FrameFeatures& index = object.frame->index;
+      for (const std::size_t i : index.inside(object.extent)) {
+        const bool is_open = !labels.is_removed(i) ||
+                             (object.frame->is_stale && labels[i].reason == Reason::in_mask);
+        Verdict& verdict = scratch.verdicts[i];
+        if (verdict.belongs() || !is_open) continue;
+        const double certainty = rule.certainty(object, index.pixel(i), object.depth_of(i));
+        if (certainty > verdict.certainty) verdict = {certainty, &object};
+      }
+    }
+  }
+
+  /// Keeps the features on stale masks that belong to no object. Those on the mask of an instance
+  /// whose depth is not known stay removed.
+  static void keep_on_stale_masks(FeatureLabels& labels, const std::vector<Verdict>& verdicts) {
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      const FeatureLabel& label = labels[i];
+      if (!label.removed || label.reason != Reason::in_mask || label.instance < 0) continue;
+      const auto k = static_cast<std::size_t>(label.instance);
+      const Compensation outcome = labels.statistics().instances[k].compensation;
+      const bool has_object =
+          outcome == Compensation::applied || outcome == Compensation::applied_without_image;
+      if (has_object && !verdicts[i].belongs()) labels.restore(i, 0);
+    }
+  }
+
+  /// Removes the features that belong to an object, with caution, and suspects the others.
+  void write_labels(FeatureLabels& labels, Scratch& scratch) const {
     std::vector<PlannedRemoval>& removals = scratch.removals;
     removals.clear();
     removals.reserve(labels.size());
@@ -182,13 +182,8 @@ class DepthCompensator {
       if (scratch.verdicts[i].belongs() && !labels.is_removed(i)) removals.push_back({i, 0});
     }
     const std::size_t kept = labels.statistics().kept() - removals.size();
-    const std::size_t missing = missing_features(labels.size(), kept, options_.min_kept_share);
-    if (missing > 0) {
-      for (auto& [i, doubt] : removals) {
-        const detail::DepthObject& object = *scratch.verdicts[i].object;
-        doubt = doubt_of(object, index.pixel(i), rule.depth_of(object, index.pixel(i), i));
-      }
-      keep_most_doubtful(removals, missing);
+    const auto doubt = [&](std::size_t i) { return doubt_of(*scratch.verdicts[i].object, i); };
+    if (keep_enough(removals, labels.size(), kept, options_.min_kept_share, doubt)) {
       for (const detail::DepthObject& object : scratch.objects) {
         labels.statistics().instances[object.k].compensation = Compensation::cautious;
       }
@@ -203,47 +198,15 @@ class DepthCompensator {
     }
   }
 
-  /// Judges the features in the objects' extents, but for those that were removed for another
-  /// reason than a stale mask. The first object that a feature belongs to has it.
-  template <class Rule>
-  static void find_verdicts(const Rule& rule, const FrameFeatures& index,
-                            const FeatureLabels& labels, Scratch& scratch) {
-    scratch.verdicts.assign(labels.size(), Verdict());
-    for (const detail::DepthObject& object : scratch.objects) {
-      for (const std::size_t i : index.inside(object.extent)) {
-        const bool is_open = !labels.is_removed(i) ||
-                             (object.frame->is_stale && labels[i].reason == Reason::in_mask);
-        Verdict& verdict = scratch.verdicts[i];
-        if (verdict.belongs() || !is_open) continue;
-        const cv::Point pixel = index.pixel(i);
-        const double certainty = rule.certainty(object, pixel, rule.depth_of(object, pixel, i));
-        if (certainty > verdict.certainty) verdict = {certainty, &object};
-      }
-    }
-  }
-
-  /// Keeps the features on stale masks that belong to no object. Those on the mask of an instance
-  /// whose depth is not known stay removed.
-  static void keep_on_stale_masks(FeatureLabels& labels, const Scratch& scratch) {
-    if (scratch.objects.empty() || !scratch.objects.front().frame->is_stale) return;
-    for (std::size_t i = 0; i < labels.size(); ++i) {
-      const FeatureLabel& label = labels[i];
-      if (!label.removed || label.reason != Reason::in_mask || label.instance < 0) continue;
-      const auto k = static_cast<std::size_t>(label.instance);
-      const Compensation outcome = labels.statistics().instances[k].compensation;
-      const bool has_object =
-          outcome == Compensation::applied || outcome == Compensation::applied_without_image;
-      if (has_object && !scratch.verdicts[i].belongs()) labels.restore(i, 0);
-    }
-  }
-
   /// Returns the doubt of a removal: the distance from the object's depth, metres; 0 if it is sure,
   /// near that depth or a fresh mask.
-  static double doubt_of(const detail::DepthObject& object, cv::Point pixel, double depth_m) {
+  static double doubt_of(const detail::DepthObject& object, std::size_t feature) {
     constexpr double sure_m = 0.1, sure_px = 4;  // With more, caution keeps fewer features.
+    const double depth_m = object.depth_of(feature);
     const double distance_m = depth_m > 0 ? std::abs(depth_m - object.depth_m) : HUGE_VAL;
-    const bool is_sure =
-        distance_m <= sure_m || object.is_beside_mask(pixel, sure_px * object.frame->scale);
+    const detail::DepthRuleFrame& frame = *object.frame;
+    const bool is_sure = distance_m <= sure_m ||
+                         object.is_beside_mask(frame.index.pixel(feature), sure_px * frame.scale);
     return is_sure ? 0 : distance_m;
   }
 

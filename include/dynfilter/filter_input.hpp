@@ -4,8 +4,8 @@
 #ifndef DYNFILTER_FILTER_INPUT_HPP
 #define DYNFILTER_FILTER_INPUT_HPP
 
+#include <cstddef>
 #include <memory>
-#include <utility>
 #include <vector>
 
 #include "dynfilter/detail/errors.hpp"
@@ -18,40 +18,24 @@
 
 namespace dynfilter {
 
-/// Input of every stage. A stage is any callable void(const FilterInput&, FeatureLabels&) const; it
-/// may take a Workspace& as third argument. Pipeline makes the input; who runs a stage by hand
-/// makes it by the same constructors. Frame and segmentation must outlive it.
+/// Input of every stage (see run_stage). Pipeline makes it, and so does who runs a stage by hand.
+/// Frame and segmentation must outlive it.
 class FilterInput {
+  std::shared_ptr<FrameFeatures> memory_;  // of the index
+
  public:
-  /// Checks frame and masks, and sorts the points into the index. Throws std::invalid_argument if
-  /// frame or masks are malformed (see validate) or if the segmented image differs from the frame
-  /// in size. O(instances + features).
-  FilterInput(const FrameView& view, const Segmentation& masks, FeaturesView points)
-      : FilterInput(view, masks, points, std::make_shared<FrameFeatures>()) {}
-
-  /// Makes the input, with an index in the workspace's memory. A stage may make further inputs in
-  /// the same workspace, and so run another filter: each has its own index.
+  /// Checks frame and masks, and sorts the points into the index, in memory of the workspace if one
+  /// is given. Inputs may share a workspace: each has its own index. Throws std::invalid_argument
+  /// if frame or masks are malformed (see validate) or if the segmented image differs from the
+  /// frame in size. O(instances + features).
   FilterInput(const FrameView& view, const Segmentation& masks, FeaturesView points,
-              Workspace& workspace)
-      : FilterInput(view, masks, points, unused_index(workspace)) {}
-
-  const FrameView& frame;            ///< the frame to filter
-  const Segmentation& segmentation;  ///< its masks; without instances if no masks are known
-  const FeaturesView features;       ///< the frame's features
-  const FrameFeatures& index;        ///< their pixels, and which of them are inside a box
-
- private:
-  struct Indexes {
-    std::vector<std::shared_ptr<FrameFeatures>> all;
-  };
-
-  FilterInput(const FrameView& view, const Segmentation& masks, FeaturesView points,
-              std::shared_ptr<FrameFeatures> memory)
-      : frame(view),
+              Workspace* workspace = nullptr)
+      : memory_(workspace != nullptr ? unused_index(*workspace)
+                                     : std::make_shared<FrameFeatures>()),
+        frame(view),
         segmentation(masks),
         features(points),
-        index(*memory),
-        memory_(std::move(memory)) {
+        index(*memory_) {
     validate(frame, "FilterInput");
     validate(segmentation, "FilterInput");
     require_segmented_size(frame.depth, "a depth image");
@@ -59,13 +43,21 @@ class FilterInput {
     memory_->read(features);
   }
 
+  const FrameView& frame;            ///< the frame to filter
+  const Segmentation& segmentation;  ///< its masks; without instances if no masks are known
+  const FeaturesView features;       ///< the frame's features
+  const FrameFeatures& index;        ///< their pixels, and which of them are inside a box
+
+ private:
   static std::shared_ptr<FrameFeatures> unused_index(Workspace& workspace) {
+    struct Indexes {
+      std::vector<std::shared_ptr<FrameFeatures>> all;
+    };
     auto& indexes = workspace.get<Indexes>().all;
     for (const auto& one : indexes) {
       if (one.use_count() == 1) return one;
     }
-    indexes.push_back(std::make_shared<FrameFeatures>());
-    return indexes.back();
+    return indexes.emplace_back(std::make_shared<FrameFeatures>());
   }
 
   void require_segmented_size(const cv::Mat& matrix, const char* name) const {
@@ -77,27 +69,19 @@ class FilterInput {
                             name, " of ", detail::size_name(matrix.size())),
         "the same size");
   }
-
-  std::shared_ptr<FrameFeatures> memory_;  // of the index
 };
 
-/// Checks the labels, as a stage does first. Throws std::invalid_argument, in the name of
-/// `component`, unless there is one label for each feature and one statistic for each instance.
-/// O(1).
+/// Checks the labels, as a stage does first: one for each feature, one statistic for each instance.
+/// Throws std::invalid_argument otherwise, in the name of `component`. O(1).
 inline void validate(const FilterInput& input, const FeatureLabels& labels, const char* component) {
-  if (labels.size() != input.features.size()) {
-    detail::throw_misuse(
-        component,
-        detail::concatenate(labels.size(), " labels and ", input.features.size(), " features"),
-        "labels made or reset for these features");
-  }
-  if (labels.statistics().instances.size() != input.segmentation.instances.size()) {
-    detail::throw_misuse(component,
-                         detail::concatenate("labels for ", labels.statistics().instances.size(),
-                                             " instances and a segmentation of ",
-                                             input.segmentation.instances.size()),
-                         "labels made or reset for this segmentation");
-  }
+  const auto require = [&](std::size_t got, const char* of, std::size_t want, const char* things) {
+    if (got == want) return;
+    detail::throw_misuse(component, detail::concatenate(got, of, want, things),
+                         "labels made or reset for this input");
+  };
+  require(labels.size(), " labels and ", input.features.size(), " features");
+  require(labels.statistics().instances.size(), " instances in the labels and ",
+          input.segmentation.instances.size(), " in the segmentation");
 }
 
 }  // namespace dynfilter

@@ -4,11 +4,11 @@
 #ifndef DYNFILTER_MASK_REFINER_HPP
 #define DYNFILTER_MASK_REFINER_HPP
 
-#include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <vector>
 
-#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "dynfilter/depth_compensator.hpp"
 #include "dynfilter/filter_input.hpp"
@@ -16,6 +16,40 @@
 #include "dynfilter/segmentation.hpp"
 
 namespace dynfilter {
+
+namespace detail {
+
+/// Returns an object's mask in an area of the image, see refined.
+inline cv::Mat refined_mask(const SurfaceRule& rule, const DepthObject& object, cv::Rect area) {
+  using Mask = cv::Mat_<std::uint8_t>;
+  const DepthRuleFrame& frame = *object.frame;
+  const int shift_px = frame.is_stale ? 0 : std::abs(object.shift_px);
+  const int reach = frame.scaled(SurfaceRule::max_enclosure_px) + shift_px;
+  const cv::Point begin = area.tl() - cv::Point(reach, reach);
+  const cv::Size around(2 * reach, 2 * reach);
+  Mask surface(area.size() + around), is_near;
+  cv::Mat mask(area.size(), CV_8UC1);
+  for (cv::Point at; at.y < surface.rows; ++at.y) {
+    for (at.x = 0; at.x < surface.cols; ++at.x) {
+      surface(at) = object.is_beside_mask(begin + at, 0) || rule.belongs_to(object, begin + at);
+    }
+  }
+  // Nothing farther away is enclosed by the object. That saves most of the time.
+  cv::dilate(surface, is_near, Mask::ones(around + cv::Size(1, 1)));
+  const auto belongs = [&](cv::Point at) {
+    if (!object.extent.contains(at)) return object.is_beside_mask(at, 0);
+    if (surface(at - begin) != 0) return true;
+    if (is_near(at - begin) == 0) return object.is_beside_mask(at, object.margin_px);
+    return rule.certainty(object, at, frame.depth_at(object.depth_pixel_of(at))) >= 0.5;
+  };
+  for (cv::Point at = area.tl(); at.y < area.br().y; ++at.y) {
+    for (at.x = area.x; at.x < area.br().x; ++at.x)
+      mask.at<std::uint8_t>(at - area.tl()) = belongs(at) ? 255 : 0;
+  }
+  return mask;
+}
+
+}  // namespace detail
 
 /// Returns the segmentation with the masks of dynamic objects corrected by the frame's depth. A
 /// mask becomes the fresh mask and the pixels that belong to the object, by the surface there or
@@ -30,32 +64,17 @@ inline Segmentation refined(const FrameView& view, const Segmentation& segmentat
   Segmentation result = segmentation;
   if (view.depth.empty()) return result;
   FeatureLabels labels(0, segmentation);
-  for (std::size_t k = 0; k < segmentation.instances.size(); ++k) {
-    if (culler.is_dynamic(segmentation.instances[k].class_id)) labels.mark_dynamic(k);
-  }
-  const auto frame = detail::depth_rule_frame(options, view, segmentation);
+  culler(input, labels);  // marks the dynamic objects
+  const auto frame = detail::depth_rule_frame(options, input);
   detail::ObjectFinder::Memory memory;
   std::vector<detail::DepthObject> objects;
-  detail::find_objects(input, detail::ObjectFinder(frame, memory), labels, objects);
+  detail::ObjectFinder(frame, memory).find_all(segmentation, labels, objects);
   std::vector<detail::SurfaceGrid::Cell> cells;
   const detail::SurfaceRule rule(frame, objects, cells);
   for (const detail::DepthObject& object : objects) {
     const cv::Rect area = frame.is_stale ? object.extent : object.extent | object.masked();
-    Instance& instance = result.instances[object.k];
-    instance.mask = cv::Mat(area.size(), CV_8UC1, cv::Scalar(0));
-    instance.mask_origin = area.tl();
-    for (cv::Point at = area.tl(); at.y < area.br().y; ++at.y) {
-      for (at.x = area.x; at.x < area.br().x; ++at.x) {
-        const bool is_masked = !frame.is_stale && object.instance->covers(at);
-        const auto belongs = [&] {
-          return rule.belongs_to(object, at) ||
-                 rule.certainty(object, at, rule.depth_of(object, at)) >= 0.5;
-        };
-        if (is_masked || (object.extent.contains(at) && belongs())) {
-          instance.mask.at<std::uint8_t>(at - area.tl()) = 255;
-        }
-      }
-    }
+    result.instances[object.k].mask = detail::refined_mask(rule, object, area);
+    result.instances[object.k].mask_origin = area.tl();
   }
   return result;
 }

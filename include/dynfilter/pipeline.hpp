@@ -15,11 +15,8 @@
 
 namespace dynfilter {
 
-/// Runs stages in order on one frame.
-///
-/// A stage is any callable void(const FilterInput&, FeatureLabels&) const: a lambda, or a component
-/// such as MaskCuller. It may take a Workspace& as third argument for scratch memory. `apply` is
-/// const, and re-entrant if the stages are.
+/// Runs stages in order on one frame: lambdas, or components such as MaskCuller (see run_stage).
+/// `apply` is const, and re-entrant if the stages are.
 template <class... Stages>
 class Pipeline {
  public:
@@ -44,15 +41,6 @@ class Pipeline {
              FeatureLabels& labels, Workspace& workspace) const;
 
  private:
-  static void begin_frame(const FilterInput& input, bool has_segmentation, FeatureLabels& labels) {
-    labels.reset(input.features.size(), input.segmentation);
-    FrameStatistics& statistics = labels.statistics();
-    statistics.has_depth = !input.frame.depth.empty();
-    statistics.has_segmentation = has_segmentation;
-    const auto age_s = input.segmentation.age_s(input.frame.timestamp_s);
-    if (has_segmentation && age_s) statistics.segmentation_age_s = *age_s;
-  }
-
   std::tuple<Stages...> stages_;
 };
 
@@ -65,9 +53,14 @@ void Pipeline<Stages...>::apply(const FrameView& frame, SegmentationView segment
   labels.clear();
   const Segmentation no_masks;
   const FilterInput input(frame, segmentation.has_value() ? *segmentation : no_masks, features,
-                          workspace);
+                          &workspace);
   try {
-    begin_frame(input, segmentation.has_value(), labels);
+    labels.reset(features.size(), input.segmentation);
+    FrameStatistics& statistics = labels.statistics();
+    statistics.has_depth = !frame.depth.empty();
+    statistics.has_segmentation = segmentation.has_value();
+    const auto age_s = input.segmentation.age_s(frame.timestamp_s);
+    if (segmentation.has_value() && age_s) statistics.segmentation_age_s = *age_s;
     std::apply([&](const auto&... stage) { (run_stage(stage, input, labels, workspace), ...); },
                stages_);
     validate(input, labels, "Pipeline");  // what the last stage made of them

@@ -109,7 +109,7 @@ TEST(BadInput, StageCalledAloneNamesIt) {
   expect_error<std::invalid_argument>([&] { compensator(stage_input, too_few); },
                                       "EdgeCompensator: got 1 labels and 2 features");
   expect_error<std::invalid_argument>([&] { compensator(stage_input, other_instances); },
-                                      "labels for 0 instances and a segmentation of 2");
+                                      "0 instances in the labels and 2 in the segmentation");
 }
 
 struct BadCall {

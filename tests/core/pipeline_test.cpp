@@ -166,7 +166,7 @@ TEST(Pipeline, NestedPipelineMayUseTheSameWorkspace) {
     EXPECT_TRUE(labels.is_removed(1));
     EXPECT_EQ(input.index.pixel(0), cv::Point(10, 5));
     EXPECT_EQ(*input.index.inside(cv::Rect(80, 0, 20, 10)).begin(), 1U);
-    MaskCuller()({input.frame, input.segmentation, mirrored, workspace}, labels);
+    MaskCuller()({input.frame, input.segmentation, mirrored, &workspace}, labels);
   };
   const FeatureLabels labels =
       Pipeline(other_features, MaskCuller()).apply(FrameView(), left_half_masked(), points);

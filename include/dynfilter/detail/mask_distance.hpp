@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <cstring>
 
@@ -16,28 +15,14 @@
 
 namespace dynfilter::detail {
 
-/// Reads eight pixels of a mask's row as one number, which is 0 if none of them is on the mask.
-inline std::uint64_t mask_word(const std::uint8_t* pixels) {
-  std::uint64_t word;
-  std::memcpy(&word, pixels, sizeof(word));
-  return word;
-}
-
-/// Returns the first pixel of a part of a mask's row that is on the mask, or `end`.
+/// Returns the first pixel of a part of a mask's row that is on the mask, or `end`. Eight pixels
+/// off the mask are a number that is 0.
 inline const std::uint8_t* find_mask_pixel(const std::uint8_t* first, const std::uint8_t* end) {
-  while (end - first >= 8 && mask_word(first) == 0) first += 8;
+  for (std::uint64_t eight; end - first >= 8; first += 8) {
+    std::memcpy(&eight, first, sizeof(eight));
+    if (eight != 0) break;
+  }
   return std::find_if(first, end, [](std::uint8_t pixel) { return pixel != 0; });
-}
-
-/// Whether any pixel of a part of a mask's row is on the mask. `first` must not be after `end`.
-inline bool has_mask_pixel(const std::uint8_t* first, const std::uint8_t* end) {
-  return find_mask_pixel(first, end) != end;
-}
-
-/// Returns the first pixel of a part of a mask's row that is off the mask, or `end`.
-inline const std::uint8_t* find_mask_end(const std::uint8_t* first, const std::uint8_t* end) {
-  const void* const found = std::memchr(first, 0, static_cast<std::size_t>(end - first));
-  return found == nullptr ? end : static_cast<const std::uint8_t*>(found);
 }
 
 /// Returns half the length of a disc's row at `offset` rows from its centre: the largest dx with
@@ -77,7 +62,8 @@ inline bool mask_within(const Instance& instance, cv::Point pixel, double radius
     const auto in_mask = [&](std::int64_t column) {
       return pixels + std::clamp<std::int64_t>(column, 0, mask.cols);
     };
-    if (has_mask_pixel(in_mask(x - half), in_mask(x + half + 1))) return true;
+    const std::uint8_t* const end_pixel = in_mask(x + half + 1);
+    if (find_mask_pixel(in_mask(x - half), end_pixel) != end_pixel) return true;
   }
   return false;
 }

@@ -22,7 +22,7 @@ namespace dynfilter::detail {
 /// a way is as hard as its largest step: each cell goes to the side with the easiest way to it.
 class SurfaceGrid {
  public:
-  enum Owner { nobody, surroundings, an_object };
+  enum Owner { nobody, surroundings, an_object };  // At equal steps, the last one wins.
 
   struct Cell {
     double depth_m = 0;
@@ -30,20 +30,21 @@ class SurfaceGrid {
     Owner owner = nobody;
   };
 
-  /// Reserves the cells that any objects in a frame of this size may need.
-  static void reserve(const DepthRuleFrame& frame, std::vector<Cell>& cells) {
-    cells.reserve(SurfaceGrid(frame, min_cell_px * frame.scale, cells).size());
-  }
-
-  /// Floods the surfaces from the seeds: the objects' depths on their masks, and all that lies
-  /// outside their extents. Sweeps forth and back over the cells, twice: more turns are not found.
+  /// Floods the surfaces from the seeds: the objects' depths where they were found, and all that
+  /// lies outside the extents. Sweeps forth and back over the cells twice, and so misses ways with
+  /// more turns. Cells lie row by row, with a frame of cells without depth around the image.
   SurfaceGrid(const DepthRuleFrame& frame, const std::vector<DepthObject>& objects,
               std::vector<Cell>& cells)
-      : SurfaceGrid(frame, cell_px(frame, objects), cells) {
+      : side_(cell_side(frame, objects)), columns_(frame.size.width / side_ + 3), cells_(cells) {
+    const auto count = [&](int side) {
+      return static_cast<std::size_t>(frame.size.width / side + 3) *
+             static_cast<std::size_t>(frame.size.height / side + 3);
+    };
+    cells.reserve(count(frame.scaled(min_cell_px)));  // as any objects may need
+    cells.assign(count(side_), Cell());
     cv::Rect area;
     for (const DepthObject& object : objects) area |= object.extent;
     area = clip_grown(area, side_, side_, frame.size);  // with a ring of surroundings
-    cells.assign(size(), Cell());
     for (int y = area.y / side_ * side_ + side_ / 2; y < area.br().y; y += side_) {
       for (int x = area.x / side_ * side_ + side_ / 2; x < area.br().x; x += side_) {
         const double depth_m = frame.depth_at({x, y});
@@ -61,8 +62,8 @@ class SurfaceGrid {
   ///
   ///     step to the objects - step to the surroundings <= 1/4 (half_width_m - |z - m|).
   ///
-  /// So what lies at the object's depth is the object's unless the surroundings are joined to it by
-  /// a smaller step, and what lies farther than the half width is not unless the object is.
+  /// So a pixel at the object's depth belongs to it unless its step to the surroundings is smaller
+  /// by more than the right side; one beyond the half width must be nearer to the object.
   bool belongs_to(const DepthObject& object, cv::Point pixel, double depth_m) const {
     const double allowed_m =
         step_per_depth * (object.frame->half_width_m - std::abs(depth_m - object.depth_m));
@@ -83,30 +84,18 @@ class SurfaceGrid {
   static constexpr double max_step_m = 0.2;       // With more, objects join the wall behind them.
   static constexpr double step_per_depth = 0.25;  // With more, a desk at their depth joins them.
 
-  /// Lays the cells: row by row, with a frame of cells without depth around the image.
-  SurfaceGrid(const DepthRuleFrame& frame, double cell_px, std::vector<Cell>& cells)
-      : side_(std::max(1, static_cast<int>(std::lround(cell_px)))),
-        columns_(frame.size.width / side_ + 3),
-        rows_(frame.size.height / side_ + 3),
-        cells_(cells) {}
-
-  std::size_t size() const {
-    return static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
-  }
-
   std::size_t cell_of(cv::Point pixel) const {
     return static_cast<std::size_t>((pixel.y / side_ + 1) * columns_ + pixel.x / side_ + 1);
   }
 
-  /// Returns the width of the cells: a quarter of the narrowest box, within limits.
-  static double cell_px(const DepthRuleFrame& frame, const std::vector<DepthObject>& objects) {
-    double width = max_cell_px * frame.scale;
+  /// Returns the side of the cells, pixels: a quarter of the narrowest box, within limits.
+  static int cell_side(const DepthRuleFrame& frame, const std::vector<DepthObject>& objects) {
+    int side = frame.scaled(max_cell_px);
     for (const DepthObject& object : objects) {
-      const cv::Rect& box = object.instance->box;
-      const double quarter = std::min(box.width, box.height) / 4;
-      width = std::min(width, std::max(min_cell_px * frame.scale, quarter));
+      const int quarter = std::min(object.instance->box.width, object.instance->box.height) / 4;
+      side = std::min(side, std::max(frame.scaled(min_cell_px), quarter));
     }
-    return width;
+    return side;
   }
 
   /// Returns the cell of a pixel before the flood: a seed, or one that nobody owns yet.
@@ -122,8 +111,7 @@ class SurfaceGrid {
     return {depth_m, std::numeric_limits<double>::infinity(), nobody};
   }
 
-  /// Gives a cell to the best of the four neighbours before it (direction -1) or after it (1). At
-  /// equal steps, objects win.
+  /// Gives a cell to the best of the four neighbours before it (direction -1) or after it (1).
   void relax(Cell& cell, int direction) const {
     if (cell.step_m < 0) return;
     for (const int offset : {1, columns_ - 1, columns_, columns_ + 1}) {
@@ -136,7 +124,7 @@ class SurfaceGrid {
     }
   }
 
-  int side_, columns_, rows_;  // pixels of a cell; cells in a row and in a column
+  const int side_, columns_;  // pixels of a cell; cells in a row
   std::vector<Cell>& cells_;
 };
 
@@ -147,16 +135,10 @@ class SurfaceRule {
               std::vector<SurfaceGrid::Cell>& cells)
       : frame_(frame), grid_(frame, objects, cells) {}
 
-  /// Returns the depth of a feature at a pixel if it is the object's; 0 if it is unknown.
-  double depth_of(const DepthObject& object, cv::Point pixel, std::size_t /*feature*/ = 0) const {
-    return frame_.depth_at(object.depth_pixel_of(pixel));
-  }
-
   /// Returns the certainty, 0 to 1, that a pixel of this depth belongs to the object; 1/2 is
-  /// enough. Another surface is kept if it lies before the object or at its depth. Behind it, and
-  /// without depth, there may be its edge or hair, which sensors see through: the enclosure
-  /// decides, and must be twice as large in the strip beside a mask where sensors are blind, its
-  /// shadow.
+  /// enough. Other surfaces before the object or at its depth do not. Behind it, and without depth,
+  /// there may be its edge or hair, which sensors see through: the enclosure decides. It must be
+  /// twice as large in a mask's shadow, the strip beside it where sensors are blind.
   double certainty(const DepthObject& object, cv::Point pixel, double depth_m) const {
     const cv::Point depth_pixel = object.depth_pixel_of(pixel);
     if (grid_.belongs_to(object, depth_pixel, depth_m)) return 1;
@@ -175,13 +157,14 @@ class SurfaceRule {
     return grid_.belongs_to(object, depth_pixel, frame_.depth_at(depth_pixel));
   }
 
- private:
-  static constexpr double min_enclosure = 0.45;   // With more, hair without depth is kept.
   static constexpr double max_enclosure_px = 12;  // With more, wide holes of depth join objects.
-  static constexpr double shadow_px = 9;          // With more, limbs without depth are kept.
 
-  /// Returns how the object encloses a pixel: the sum of 1 / distance over those of eight
-  /// directions in which the first surface, or fresh mask, is the object's.
+ private:
+  static constexpr double min_enclosure = 0.45;  // With more, hair without depth is kept.
+  static constexpr double shadow_px = 9;         // With more, limbs without depth are kept.
+
+  /// Returns how the object encloses a pixel: the sum of 1 / distance in pixels over those of the
+  /// eight directions in which the first surface, or fresh mask, is the object's.
   double enclosure_at(const DepthObject& object, cv::Point depth_pixel) const {
     double enclosure = 0;
     const int max_distance = frame_.scaled(max_enclosure_px);
