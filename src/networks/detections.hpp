@@ -15,12 +15,8 @@ namespace dynfilter::detail {
 struct Box {
   float x1 = 0, y1 = 0, x2 = 0, y2 = 0;
 
-  /// Tells whether the area is positive; false if a corner is NaN.
-  bool has_area() const { return x2 > x1 && y2 > y1; }
-
-  bool is_finite() const {
-    return std::isfinite(x1) && std::isfinite(y1) && std::isfinite(x2) && std::isfinite(y2);
-  }
+  /// Tells whether the area is positive and finite; false if a corner is NaN.
+  bool has_area() const { return x2 > x1 && y2 > y1 && std::isfinite(x2 - x1 + y2 - y1); }
 };
 
 /// One object that a network found.

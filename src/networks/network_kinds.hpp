@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "class_names.hpp"
@@ -34,12 +35,20 @@ class NetworkKind {
   virtual PlacedImage input_of(const cv::Mat& image) const = 0;
 
   /// Returns the number of classes; 0 = unknown.
-  virtual int class_count() const = 0;
+  int class_count() const { return class_count_; }
 
   /// Returns the instances in the image, the highest score first. Throws std::runtime_error for
   /// outputs that cannot be scores.
   virtual std::vector<Instance> decode(const std::vector<NamedTensor>& outputs,
                                        const InputPlacement& placement) const = 0;
+
+ protected:
+  NetworkKind(const Network& network, DetectionOptions options)
+      : input_(network.input_size()), options_(std::move(options)) {}
+
+  cv::Size input_;
+  DetectionOptions options_;
+  int class_count_ = 0;
 };
 
 inline DetectionOptions detection_options(const NetworkOptions& options, float usual_score,
@@ -52,7 +61,7 @@ class YolactKind final : public NetworkKind {
  public:
   YolactKind(const Network& network, const std::vector<NamedTensor>& trial,
              const NetworkOptions& options)
-      : input_(network.input_size()), options_(detection_options(options, 0.15F, 0.5F, 100)) {
+      : NetworkKind(network, detection_options(options, 0.15F, 0.5F, 100)) {
     const YolactOutputs bound = bind_yolact(trial);
     class_count_ = bound.class_count();
     if (bound.priors.empty()) priors_ = yolact_priors(bound.locations.rows, input_);
@@ -63,8 +72,6 @@ class YolactKind final : public NetworkKind {
     return normalized_rgb(stretch(image, input_), {123.68, 116.78, 103.94}, {58.40, 57.12, 57.38});
   }
 
-  int class_count() const override { return class_count_; }
-
   std::vector<Instance> decode(const std::vector<NamedTensor>& outputs,
                                const InputPlacement& placement) const override {
     const YolactOutputs bound = bind_yolact(outputs);
@@ -74,9 +81,6 @@ class YolactKind final : public NetworkKind {
   }
 
  private:
-  cv::Size input_;
-  DetectionOptions options_;
-  int class_count_ = 0;
   Table priors_;  // empty if the outputs have them
 };
 
@@ -85,16 +89,14 @@ class YoloKind final : public NetworkKind {
  public:
   YoloKind(const Network& network, const std::vector<NamedTensor>& trial,
            const NetworkOptions& options)
-      : input_(network.input_size()),
-        options_(detection_options(options, 0.25F, 0.7F, 300)),
-        class_count_(bind_yolo(trial, input_).class_count()) {}
+      : NetworkKind(network, detection_options(options, 0.25F, 0.7F, 300)) {
+    class_count_ = bind_yolo(trial, input_).class_count();
+  }
 
   PlacedImage input_of(const cv::Mat& image) const override {
     return normalized_rgb(letterbox(image, input_, cv::Scalar::all(114)), cv::Scalar::all(0),
                           cv::Scalar::all(255));
   }
-
-  int class_count() const override { return class_count_; }
 
   std::vector<Instance> decode(const std::vector<NamedTensor>& outputs,
                                const InputPlacement& placement) const override {
@@ -102,11 +104,6 @@ class YoloKind final : public NetworkKind {
     return assemble_instances(decode_yolo(bound, options_), bound.prototypes, placement,
                               MaskRule::crop_pixels);
   }
-
- private:
-  cv::Size input_;
-  DetectionOptions options_;
-  int class_count_;
 };
 
 /// Semantic networks: the image is stretched, RGB, and normalised as the file or the usual network
@@ -115,17 +112,18 @@ class SemanticKind final : public NetworkKind {
  public:
   SemanticKind(const Network& network, const std::vector<NamedTensor>& trial,
                const NetworkOptions& options)
-      : input_(network.input_size()),
-        options_(detection_options(options, 0.5F, 0, 0)),
-        planes_(bind_semantic(trial, input_).count),
-        classes_(semantic_classes(planes_)) {
-    // From 0 to 1 (selfie segmentation), from -1 to 1 (PP-HumanSeg), or as for ImageNet.
-    mean_ = planes_ == 1   ? cv::Scalar()
-            : planes_ == 2 ? cv::Scalar::all(0.5)
-                           : cv::Scalar(0.485, 0.456, 0.406);
-    deviation_ = planes_ == 1   ? cv::Scalar::all(1)
-                 : planes_ == 2 ? cv::Scalar::all(0.5)
-                                : cv::Scalar(0.229, 0.224, 0.225);
+      : NetworkKind(network, detection_options(options, 0.5F, 0, 0)) {
+    const int planes = bind_semantic(trial, input_).count;
+    classes_ = semantic_classes(planes);
+    class_count_ = classes_.count(0) > 0 ? 80 : planes;
+    if (planes == 1) {  // from 0 to 1 (selfie segmentation)
+      deviation_ = cv::Scalar::all(1);
+    } else if (planes == 2) {  // from -1 to 1 (PP-HumanSeg)
+      mean_ = deviation_ = cv::Scalar::all(0.5);
+    } else {  // as for ImageNet
+      mean_ = {0.485, 0.456, 0.406};
+      deviation_ = {0.229, 0.224, 0.225};
+    }
     read(network, "mean", mean_);
     read(network, "std", deviation_);
     for (const int class_id : options.classes) {
@@ -138,8 +136,6 @@ class SemanticKind final : public NetworkKind {
   PlacedImage input_of(const cv::Mat& image) const override {
     return normalized_rgb(stretch(image, input_), 255 * mean_, 255 * deviation_);
   }
-
-  int class_count() const override { return classes_.count(0) > 0 ? 80 : planes_; }
 
   std::vector<Instance> decode(const std::vector<NamedTensor>& outputs,
                                const InputPlacement& placement) const override {
@@ -160,9 +156,6 @@ class SemanticKind final : public NetworkKind {
     value = {numbers[0], numbers[1], numbers[2]};
   }
 
-  cv::Size input_;
-  DetectionOptions options_;
-  int planes_;
   SemanticClasses classes_;
   cv::Scalar mean_, deviation_;
 };

@@ -34,8 +34,8 @@ enum TensorField {
 };
 enum ValueField { value_name = 1, value_type = 2 };
 enum TypeField { type_tensor = 1, tensor_type_shape = 2, shape_dimension = 1, dimension_size = 1 };
-constexpr std::int64_t float_type = 1, half_type = 10;
-constexpr std::size_t max_dimensions = 32;  // the limit of cv::Mat
+constexpr std::int64_t float_type = 1;
+constexpr std::int64_t max_table_side = 1 << 24;  // so that the size of a table does not overflow
 
 // The limit of protocol buffers. A larger file is no model, and would have to fit into memory.
 constexpr std::uintmax_t max_file_bytes = (std::uintmax_t{1} << 31) - 1;
@@ -78,29 +78,18 @@ Constants constants_of(std::string_view graph) {
   return constants;
 }
 
-/// Returns the values of a float tensor; an empty matrix for another type, for more dimensions than
-/// cv::Mat allows, or for a count that does not match the shape.
-cv::Mat values_of(std::string_view tensor) {
+/// Returns the numbers of a table of floats; an empty matrix for any other tensor.
+cv::Mat table_of(std::string_view tensor) {
   const std::vector<std::int64_t> type = numbers_of(tensor, tensor_data_type);
   const std::vector<std::int64_t> sides = numbers_of(tensor, tensor_dims);
-  const bool is_half = !type.empty() && type.back() == half_type;
-  if (type.empty() || (type.back() != float_type && !is_half)) return {};
-  if (sides.empty() || sides.size() > max_dimensions) return {};
-  std::vector<int> shape;
-  std::size_t bytes = is_half ? 2 : 4;
-  for (const std::int64_t side : sides) {
-    if (side < 1 || side > 1 << 24 || bytes > (std::size_t{1} << 30)) return {};
-    shape.push_back(static_cast<int>(side));
-    bytes *= static_cast<std::size_t>(side);
-  }
+  const auto is_side = [](std::int64_t side) { return side >= 1 && side <= max_table_side; };
+  if (type.empty() || type.back() != float_type || sides.size() != 2) return {};
+  if (!is_side(sides[0]) || !is_side(sides[1])) return {};
   std::string data(part_of(tensor, tensor_raw_data));
   for (const std::string_view part : parts_of(tensor, tensor_float_data)) data += part;
-  if (data.size() != bytes) return {};
-  if (shape.size() == 1) shape.insert(shape.begin(), 1);
-  cv::Mat values;
-  cv::Mat(static_cast<int>(shape.size()), shape.data(), is_half ? CV_16F : CV_32F, data.data())
-      .convertTo(values, CV_32F);
-  return values;
+  if (data.size() != static_cast<std::size_t>(sides[0] * sides[1]) * sizeof(float)) return {};
+  return cv::Mat(static_cast<int>(sides[0]), static_cast<int>(sides[1]), CV_32F, data.data())
+      .clone();
 }
 
 void refuse_external_data(const fs::path& path, std::string_view tensor) {
@@ -163,10 +152,9 @@ void read_model(const fs::path& path, OnnxFile& file) {
     const std::string& name = file.outputs.back().name;
     const auto constant = constants.find(name);
     if (constant == constants.end()) continue;
-    file.constants[name] = values_of(constant->second);
+    file.constants[name] = table_of(constant->second);
     if (!file.constants[name].empty()) continue;
-    throw_file_error(path, "its constant output " + name + " is no whole float tensor of 1 to " +
-                               std::to_string(max_dimensions) + " dimensions");
+    throw_file_error(path, "its constant output " + name + " is no whole table of floats");
   }
 }
 

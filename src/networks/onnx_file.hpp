@@ -27,7 +27,7 @@ struct OnnxFile {
   std::vector<char> bytes;                      ///< the whole file
   std::vector<OnnxValue> inputs;                ///< without those that have a constant value
   std::vector<OnnxValue> outputs;               ///< in the order of the file
-  std::map<std::string, cv::Mat> constants;     ///< outputs with a value in the file; CV_32F
+  std::map<std::string, cv::Mat> constants;     ///< outputs with a value in the file; CV_32FC1
   std::map<std::string, std::string> metadata;  ///< key and value, as exporters write them
 };
 

@@ -235,7 +235,7 @@ std::vector<Detection> decode_yolact(const YolactOutputs& outputs, const Table& 
     if (!(best > min_confidence) || !(best > options.score_threshold)) continue;
     const Box box = decoded_box(outputs.locations[row], priors[row], input);
     const std::vector<float> coefficients = finite_row(outputs.coefficients, row);
-    if (!box.is_finite() || !box.has_area() || coefficients.empty()) continue;
+    if (!box.has_area() || coefficients.empty()) continue;
     for (int class_id = 0; class_id < outputs.class_count(); ++class_id) {
       const float score = std::clamp(scores[static_cast<std::size_t>(class_id) + 1], 0.0F, 1.0F);
       if (options.wants(class_id) && score > options.score_threshold) {

@@ -249,7 +249,7 @@ std::vector<Detection> decode_yolo(const YoloOutputs& outputs, const DetectionOp
     }
     const Box box = box_of(outputs, row);
     const std::vector<float> coefficients = finite_row(outputs.coefficients, row);
-    if (!box.is_finite() || !box.has_area() || coefficients.empty()) continue;
+    if (!box.has_area() || coefficients.empty()) continue;
     found.push_back({best->class_id, best->score, box, coefficients});
   }
   seen.require_some(outputs.scores.rows);

@@ -191,17 +191,6 @@ PlacedImage placed(cv::Size image, cv::Size input) {
   return letterbox(random_image(image), input, grey);
 }
 
-TEST(InputPlacement, LetterboxCentresAVideoImage) {
-  const cv::Mat image = random_image({640, 480});
-  const PlacedImage result = letterbox(image, {640, 640}, grey);
-  ASSERT_EQ(result.pixels.size(), cv::Size(640, 640));
-  EXPECT_EQ(cv::norm(result.pixels(cv::Rect(0, 80, 640, 480)), image, cv::NORM_INF), 0);
-  EXPECT_EQ(result.pixels.at<cv::Vec3b>(79, 5), cv::Vec3b::all(114));
-  EXPECT_EQ(result.pixels.at<cv::Vec3b>(560, 639), cv::Vec3b::all(114));
-  expect_at(result.placement.to_input({0, 0}), 0, 80);
-  expect_ways_are_inverse(result.placement);
-}
-
 TEST(InputPlacement, LetterboxRoundsTheResizedSides) {
   // 101x77 into 64x64: the factor is 64/101; 77 becomes 48.79, rounded 49; of 15 border rows 7 are
   // above.
