@@ -129,9 +129,7 @@ void suspect_expected(const MotionContext& context, std::vector<Suspect>& suspec
   };
   for (const Mover& mover : context.memory.movers) {
     const cv::Point at = nearest_pixel(mover.expected);
-    const int side = 2 * mover_reach_px + 1;
-    for (const std::uint32_t i : context.input.index.inside(
-             cv::Rect(at.x - mover_reach_px, at.y - mover_reach_px, side, side))) {
+    for (const std::uint32_t i : context.input.index.inside(square_around(at, mover_reach_px))) {
       const FeaturePlace& place = context.found.places[i];
       if (place.is_apart_from(mover.depth_m)) continue;
       suspects[i].suspicion = std::max(suspects[i].suspicion, Suspicion::moving);

@@ -135,7 +135,6 @@ ImagePatch::Match ImagePatch::follow(const cv::Mat1b& image, cv::Point2f place, 
       match.has_settled = false;
       return match;
     }
-    if (i == 0) match.first = here.difference;
     const bool is_worse = i > 0 && here.difference > match.difference;
     if (is_worse) {
       step *= 0.5F;

@@ -30,7 +30,6 @@ class ImagePatch {
   /// Outcome of `follow`.
   struct Match {
     cv::Point2f place;         ///< of the patch's centre in the other image, pixels
-    float first = -1;          ///< difference where the search began, see Look
     float difference = -1;     ///< difference at the place
     bool has_settled = false;  ///< whether the last step was small
   };

@@ -205,8 +205,7 @@ void list_neighbours(const MotionContext& context, std::size_t candidate) {
   std::vector<std::uint32_t>& near = context.scratch.indices;
   for (const int radius : {near_radius_px, far_radius_px}) {
     near.clear();
-    for (const std::uint32_t i : context.input.index.inside(cv::Rect(
-             place.pixel.x - radius, place.pixel.y - radius, 2 * radius + 1, 2 * radius + 1))) {
+    for (const std::uint32_t i : context.input.index.inside(square_around(place.pixel, radius))) {
       const int square = squared(found.places[i].pixel - place.pixel);
       const bool counts = square >= min_apart_px * min_apart_px && square <= radius * radius &&
                           (found.shifts[i].was_tracked() || found.evidence[i].is_candidate()) &&

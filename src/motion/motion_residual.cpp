@@ -16,8 +16,8 @@ namespace {
 // A point nearer than this share of the farther end's depth does not bound the segment usefully.
 constexpr double min_depth_share = 1e-6;
 
-/// Depth may be registered a few pixels off. A larger window explains away what moves.
-constexpr int window_px = 9;
+/// Depth may be registered a few pixels off. A larger reach explains away what moves.
+constexpr int window_reach_px = 4;
 // Noise of a depth sensor, metres at 1 m, grows with the square of the depth. A larger one hides
 // motion along the view.
 constexpr double noise_at_1m_m = 0.0025, noise_factor = 2;
@@ -78,21 +78,13 @@ DepthSides sides_of(const DepthInterval& depth) {
           2};
 }
 
-/// Place in the earlier frame of a point on the ray, up to scale: `inverse_depth` times the place
-/// of the point at that inverse depth. Finite at infinity.
-cv::Vec3d scaled_place(const cv::Vec3d& turned_ray, const cv::Vec3d& translation,
-                       double inverse_depth) {
-  return turned_ray + translation * inverse_depth;
-}
-
 }  // namespace
 
 DepthInterval depth_interval(const FrameView& frame, cv::Point pixel) {
   DepthInterval interval;
   const cv::Rect image({}, frame.depth.size());
   if (!image.contains(pixel)) return interval;
-  constexpr int reach = window_px / 2;
-  const cv::Rect window = cv::Rect(pixel.x - reach, pixel.y - reach, window_px, window_px) & image;
+  const cv::Rect window = square_around(pixel, window_reach_px) & image;
   const double scale = frame.depth_scale();
   const auto min_gap = static_cast<float>(min_gap_m / scale);
   const WindowDepths depths = frame.depth.type() == CV_16UC1
@@ -138,7 +130,7 @@ std::optional<MotionResidual> segment_residual(const Camera& camera, const Pose&
   if (slope == 0 && !(turned[2] > 0)) return {};
   if (!(low <= high)) return {};
   const auto place = [&](double inverse_depth) {
-    const cv::Vec3d p = scaled_place(turned, translation, inverse_depth);
+    const cv::Vec3d p = turned + translation * inverse_depth;  // scaled: finite at infinity
     return cv::Point2d(camera.fx * p[0] / p[2] + camera.cx, camera.fy * p[1] / p[2] + camera.cy);
   };
   const cv::Point2d first = place(low), last = place(high);

@@ -38,6 +38,11 @@ struct DepthInterval {
 /// depth in the window, from 0.4 m to infinity.
 DepthInterval depth_interval(const FrameView& frame, cv::Point pixel);
 
+/// Returns the square of pixels that reaches so far from its centre.
+inline cv::Rect square_around(cv::Point centre, int reach_px) {
+  return {centre.x - reach_px, centre.y - reach_px, 2 * reach_px + 1, 2 * reach_px + 1};
+}
+
 /// Outcome of motion_residual.
 struct MotionResidual {
   double distance_px = 0;    ///< from the tracked pixel to the nearest place of a static point

@@ -72,8 +72,7 @@ float belief_at(const MotionMemory& memory, cv::Point2f place) {
   const cv::Point centre = nearest_pixel(place);
   const int reach = match_radius_px + 1;
   float nearest = match_radius_px * match_radius_px, belief = 0;
-  for (const std::uint32_t i : memory.index.inside(
-           cv::Rect(centre.x - reach, centre.y - reach, 2 * reach + 1, 2 * reach + 1))) {
+  for (const std::uint32_t i : memory.index.inside(square_around(centre, reach))) {
     const cv::Point2f away = memory.points[i] - place;
     const float square = away.dot(away);
     if (square > nearest) continue;
@@ -97,8 +96,7 @@ bool is_surrounded(const MotionContext& context, std::size_t feature) {
   const int reach = fill_radius_px;
   const FeaturePlace& place = found.places[feature];
   int moving = 0, all = 0;
-  for (const std::uint32_t i : context.input.index.inside(
-           cv::Rect(place.pixel.x - reach, place.pixel.y - reach, 2 * reach + 1, 2 * reach + 1))) {
+  for (const std::uint32_t i : context.input.index.inside(square_around(place.pixel, reach))) {
     const cv::Point away = found.places[i].pixel - place.pixel;
     const bool counts = i != feature && away.dot(away) <= reach * reach &&
                         !place.is_apart_from(found.places[i].depth_m);

@@ -105,11 +105,6 @@ TEST(MotionJudge, FindsPeopleWithoutMasks) {
   EXPECT_LE(static_cast<double>(lost), 0.002 * static_cast<double>(still));
 }
 
-TEST(MotionJudge, GivesTheSameAnswerToTheSameFrames) {
-  Rig one, other;
-  for (const Shot& shot : shots(0.5)) EXPECT_TRUE(same_labels(one.see(shot), other.see(shot)));
-}
-
 TEST(MotionJudge, DoesNotDependOnTheOrderOfTheFeatures) {
   Rig one, other;
   for (const Shot& shot : shots(0.5)) {

@@ -78,22 +78,6 @@ TEST(RelativePose, FindsExactRenderedPoses) {
   }
 }
 
-TEST(RelativePose, ResistsAnUnmaskedMoverWithAQuarterOfTheFeatures) {
-  for (const cv::Vec3d& mover_m :
-       {cv::Vec3d(0.01, 0, 0), cv::Vec3d(0, 0.03, 0), cv::Vec3d(0.02, 0.01, 0.02)}) {
-    for (const std::uint64_t seed : {11U, 12U, 13U}) {
-      const Case with_mover = rendered_case(0.25, mover_m, 0.1, 60, 59, seed);
-      Workspace workspace;
-      const RelativePoseEstimate estimate =
-          RelativePoseEstimator(with_mover.camera)
-              .estimate(with_mover.observations, {}, {}, workspace);
-      EXPECT_TRUE(estimate.is_trusted);
-      EXPECT_LT(cv::norm(estimate.pose.translation - with_mover.truth.translation), 1e-3)
-          << mover_m << " seed " << seed;
-    }
-  }
-}
-
 /// Observations of a camera that stands: of twenty, so many are static, six are on a mover, and the
 /// tracks of the others lead anywhere.
 std::vector<PoseObservation> few_static_ones(const Camera& lens, int static_ones,
@@ -233,15 +217,6 @@ TEST(RelativePose, IsTheSameInAnyOrderAndWorkspace) {
   EXPECT_EQ(estimator.estimate(some.observations, {}, {}, workspace).pose.rotation, first.rotation);
   EXPECT_EQ(estimator.estimate(some.observations, {}, {}, other).pose.translation,
             first.translation);
-}
-
-TEST(RelativePose, ComposesMotions) {
-  const SyntheticScene scene(scene_level("static", 11));
-  const Pose one = motion_between(scene.pose(9), scene.pose(8));
-  const Pose other = motion_between(scene.pose(8), scene.pose(5));
-  const Pose both = motion_between(scene.pose(9), scene.pose(5));
-  EXPECT_LT(cv::norm((other * one).translation - both.translation), 1e-12);
-  EXPECT_LT(cv::norm((other * one).rotation - both.rotation), 1e-12);
 }
 
 TEST(RelativePose, RefusesNonsense) {
