@@ -25,8 +25,7 @@ inline std::uint64_t mixed_bits(std::uint64_t bits) {
 enum class Stream : std::uint64_t {
   wall = 1,
   floor,
-  ceiling,
-  furniture,
+  furniture = 4,
   layout,
   garment,
   body,
@@ -34,14 +33,10 @@ enum class Stream : std::uint64_t {
   camera,
   image_noise,
   depth_noise,
-  depth_edges,
-  depth_holes,
-  mask_limbs,
+  mask_limbs = 14,
   mask_noise,
   detection,
-  missed,
-  exposure,
-  box
+  box = 19
 };
 
 /// Makes one key from a seed and any number of integers.

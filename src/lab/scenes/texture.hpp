@@ -18,8 +18,6 @@ class Texture {
   /// texel.
   Texture(const cv::Mat3f& pixels, double texel_m);
 
-  double texel_m() const { return texel_m_; }
-
   /// Returns the colour at (u, v) metres, averaged over about `footprint_m`.
   cv::Vec3f sample(double u, double v, double footprint_m) const;
 
@@ -34,7 +32,6 @@ class Canvas {
   Canvas(cv::Size size, cv::Vec3f colour);
 
   cv::Mat3f& pixels() { return pixels_; }
-  cv::Size size() const { return pixels_.size(); }
 
   /// Adds noise of equal strength in every octave from `coarsest` texels down to 2 (about 1/f).
   /// `tint` says how strongly each channel follows it.

@@ -74,58 +74,6 @@ TEST(SlowSceneLevels, FirstAndLastFrameMatchThePublishedPixels) {
 }
 #endif
 
-TEST(SceneLevels, OverlappingPersonsShareOneDetection) {
-  int joint = 0, apart = 0;
-  for (int i = 0; i < 300; i += 10) {
-    const SyntheticFrame& frame = level_frame("two_in_one", i);
-    const auto& found = frame.poor_segmentation.instances;
-    const auto& truth = frame.true_segmentation.instances;
-    apart += found.size() == 2 ? 1 : 0;
-    EXPECT_TRUE(found.size() != 2 || (found[0].box & found[1].box).empty()) << i;
-    if (found.size() != 1 || truth.size() != 2) continue;
-    joint += std::abs(found[0].box.width - (truth[0].box | truth[1].box).width) <= 2 ? 1 : 0;
-    EXPECT_EQ(found[0].track_id, 0) << "the first person's";
-  }
-  EXPECT_GT(joint, 3);
-  EXPECT_GT(apart, 1);
-}
-
-/// Share of a person's pixels that move; -1 if hardly any is visible.
-double moving_share(const SyntheticFrame& frame, int person) {
-  Segmentation one = frame.true_segmentation;
-  auto& all = one.instances;
-  all.erase(std::remove_if(all.begin(), all.end(),
-                           [&](const Instance& other) { return other.track_id != person; }),
-            all.end());
-  const cv::Mat1b mask = painted(one);
-  if (cv::countNonZero(mask) < 100) return -1;
-  return static_cast<double>(cv::countNonZero(mask & frame.moving_mask)) / cv::countNonZero(mask);
-}
-
-TEST(MotionLevels, SittingPersonNeverMovesAndTheOtherOneDoes) {
-  int walking = 0;
-  for (int i = 0; i < 300; i += 50) {
-    const SyntheticFrame& frame = level_frame("sitting", i);
-    EXPECT_EQ(moving_share(frame, 0), 0) << i;
-    walking += moving_share(frame, 1) > 0.95 ? 1 : 0;
-    EXPECT_EQ(cv::countNonZero(frame.moving_mask & ~painted(frame.true_segmentation)), 0) << i;
-  }
-  EXPECT_GT(walking, 3);
-}
-
-TEST(MotionLevels, PersonsStopAndGo) {
-  int standing = 0, walking = 0;
-  for (int i = 0; i < 300; i += 20) {
-    for (const int person : {0, 1}) {
-      const double share = moving_share(level_frame("stop_and_go", i), person);
-      standing += share == 0 ? 1 : 0;
-      walking += share > 0.9 ? 1 : 0;
-    }
-  }
-  EXPECT_GT(standing, 7);  // of 30, each half of the time
-  EXPECT_GT(walking, 7);
-}
-
 TEST(MotionLevels, MovingPixelsAreThoseOfTheCart) {
   const SyntheticScene without(
       small_level("pushed", [](auto& o) { o.moving_box = MovingBox::none; }));
@@ -136,33 +84,6 @@ TEST(MotionLevels, MovingPixelsAreThoseOfTheCart) {
     EXPECT_TRUE(same(frame.moving_mask, nearer)) << i;
     EXPECT_TRUE(frame.poor_segmentation.instances.empty());
   }
-}
-
-TEST(MotionLevels, CarriedBoxMovesWithItsPersonAndIsInNoMask) {
-  int boxes = 0;
-  for (int i = 0; i < 300; i += 30) {
-    const SyntheticFrame& frame = level_frame("carried", i);
-    const cv::Mat box = frame.moving_mask & ~painted(frame.true_segmentation);
-    boxes += cv::countNonZero(box) > 200 ? 1 : 0;
-  }
-  EXPECT_GT(boxes, 6);  // of 10; sometimes it is behind the back or stands
-}
-
-TEST(MotionLevels, CameraRestsTurnsOrHurries) {
-  const SyntheticScene& still = level_scene("still_camera");
-  const SyntheticScene& rotation = level_scene("rotation");
-  const SyntheticScene& fast = level_scene("fast");
-  const SyntheticScene slow(small_level("fast", [](auto& o) { o.camera = CameraMotion::by_hand; }));
-  double slow_m = 0, fast_m = 0;
-  for (int i = 1; i < 300; ++i) {
-    EXPECT_EQ(still.pose(i).translation, still.pose(0).translation);
-    EXPECT_EQ(still.pose(i).rotation, still.pose(0).rotation);
-    EXPECT_EQ(rotation.pose(i).translation, rotation.pose(0).translation);
-    EXPECT_NE(rotation.pose(i).rotation, rotation.pose(i - 1).rotation);
-    slow_m += cv::norm(slow.pose(i).translation - slow.pose(i - 1).translation);
-    fast_m += cv::norm(fast.pose(i).translation - fast.pose(i - 1).translation);
-  }
-  EXPECT_NEAR(fast_m / slow_m, 3, 0.3);
 }
 
 }  // namespace

@@ -4,29 +4,12 @@
 #include "lab/scenes/synthetic_scene.hpp"
 
 #include "lab/level_scenes.hpp"
-#include "lab/scenes/renderer.hpp"
 #include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
 
 using Options = SyntheticSceneOptions;
-
-TEST(SurfaceId, TellsBlocksFromRoomAndParts) {
-  using scene::SurfaceId;
-  EXPECT_FALSE(SurfaceId::is_block(SurfaceId::room(5)));
-  EXPECT_TRUE(SurfaceId::is_block(SurfaceId::block(0, 0)));
-  EXPECT_FALSE(SurfaceId::is_block(SurfaceId::part(0, 0)));
-}
-
-TEST(Block, IsMissedByRaysBesideIt) {
-  const scene::Block block{{1, 2, 0.5}, {}, {0.5, 0.25, 0.5}};
-  const auto hit_at = [&](double x, double z) { return block.hit({{x, 0, z}, {0, 1, 0}}).t; };
-  EXPECT_DOUBLE_EQ(hit_at(1.2, 0.5), 1.75);
-  EXPECT_EQ(hit_at(1.6, 0.5), scene::no_hit);
-  EXPECT_EQ(hit_at(0.4, 0.5), scene::no_hit);
-  EXPECT_EQ(hit_at(1.2, 1.1), scene::no_hit);
-}
 
 const SyntheticScene& small_scene() { return level_scene(""); }
 
@@ -101,45 +84,6 @@ TEST(SyntheticScene, FrameDependsNeitherOnEarlierFramesNorOnThreads) {
   cv::setNumThreads(threads);
 }
 
-/// Share of the pixels of frame `from`, chosen by `chosen` and visible in frame `to`, whose point
-/// has, by the two poses, the depth that `to` has there.
-double share_that_agrees(const SyntheticFrame& from, const SyntheticFrame& to,
-                         const SequenceCamera& camera, const cv::Mat1b& chosen) {
-  int seen = 0;
-  int agreeing = 0;
-  for (int y = 0; y < chosen.rows; ++y) {
-    for (int x = 0; x < chosen.cols; ++x) {
-      if (chosen(y, x) == 0) continue;
-      const double z = static_cast<double>(from.exact_depth_m.at<float>(y, x));
-      const cv::Vec3d point((x - camera.cx) / camera.fx * z, (y - camera.cy) / camera.fy * z, z);
-      const cv::Vec3d world = from.pose.rotation * point + from.pose.translation;
-      const cv::Vec3d there = to.pose.rotation.t() * (world - to.pose.translation);
-      const int u = cvRound(camera.fx * there[0] / there[2] + camera.cx);
-      const int v = cvRound(camera.fy * there[1] / there[2] + camera.cy);
-      if (there[2] <= 0 || u < 0 || v < 0 || u >= chosen.cols || v >= chosen.rows) continue;
-      const double other = static_cast<double>(to.exact_depth_m.at<float>(v, u));
-      ++seen;
-      if (std::abs(other - there[2]) < 0.01 * there[2]) ++agreeing;
-    }
-  }
-  return seen > 100 ? static_cast<double>(agreeing) / seen : -1;
-}
-
-TEST(SyntheticScene, OnlyStaticPointsReproject) {
-  const SyntheticFrame& first = level_frame("", 20);
-  const SyntheticFrame& later = level_frame("", 36);
-  const SequenceCamera camera = small_scene().camera();
-  ASSERT_GT(cv::norm(first.pose.translation - later.pose.translation), 0.05);
-  const cv::Mat1b persons = painted(first.true_segmentation);
-  // Persons in the later frame hide about a fifth of the pixels.
-  cv::Mat1b covered;
-  cv::dilate(painted(later.true_segmentation), covered, {}, {-1, -1}, 25);
-  const cv::Mat room = ~(persons | covered);
-  ASSERT_GT(cv::countNonZero(room), 2000);
-  EXPECT_GT(share_that_agrees(first, later, camera, room), 0.93);
-  EXPECT_LT(share_that_agrees(first, later, camera, persons), 0.5);
-}
-
 TEST(SyntheticScene, TrueMasksAreTheSilhouettes) {
   const SyntheticScene without(small([](Options& o) { o.persons = 0; }));
   for (const int i : {0, 24, 48}) {
@@ -158,16 +102,6 @@ TEST(SyntheticScene, TrueMasksAreTheSilhouettes) {
       EXPECT_TRUE(instance.track_id.has_value());
     }
   }
-}
-
-TEST(DepthFaults, TakeDepthAwayAndChangeNone) {
-  const SyntheticFrame& few = level_frame("", 24);
-  const SyntheticFrame many =
-      SyntheticScene(small([](Options& o) { o.depth_faults = DepthFaults::many; })).render(24);
-  EXPECT_EQ(cv::countNonZero(many.frame.depth.rowRange(0, 5)), 0);
-  EXPECT_GT(cv::countNonZero(few.frame.depth.rowRange(0, 5)), 0);
-  const cv::Mat both = (many.frame.depth != 0) & (few.frame.depth != 0);
-  EXPECT_EQ(cv::countNonZero((many.frame.depth != few.frame.depth) & both), 0);
 }
 
 TEST(StaleMasks, AreThoseOfAnEarlierFrame) {
