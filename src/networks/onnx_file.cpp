@@ -104,17 +104,6 @@ void refuse_external_data(const fs::path& path, std::string_view tensor) {
   }
 }
 
-/// Names what is often downloaded in place of a model.
-void refuse_other_files(const fs::path& path, std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
-  if (first != std::string_view::npos && text[first] == '<') {
-    throw_file_error(path, "is no ONNX model but a web page; download the file itself");
-  }
-  if (text.substr(0, 27) == "version https://git-lfs.git") {
-    throw_file_error(path, "is no ONNX model but a pointer to one; run git lfs pull");
-  }
-}
-
 std::vector<char> read_bytes(const fs::path& path) {
   std::error_code unreadable;
   const std::uintmax_t size = fs::file_size(path, unreadable);
@@ -163,7 +152,6 @@ void read_model(const fs::path& path, OnnxFile& file) {
 OnnxFile read_onnx_file(const fs::path& path) {
   OnnxFile file;
   file.bytes = read_bytes(path);
-  refuse_other_files(path, {file.bytes.data(), file.bytes.size()});
   try {
     read_model(path, file);
   } catch (const MalformedMessage& error) {

@@ -77,17 +77,7 @@ TEST_F(BadModels, TruncatedModelsAreRefused) {
     const fs::path file = place.write("cut.onnx", whole.substr(0, length));
     expect_error<std::runtime_error>([&] { NetworkSegmenter{file}; }, "cut.onnx: ");
   }
-}
-
-TEST_F(BadModels, OtherFilesAreRefused) {
-  const testing::TemporaryFolder place;
-  const std::pair<const char*, const char*> others[] = {
-      {"no model", "is truncated or no ONNX model"},
-      {"\n<!DOCTYPE html>\n<html>404</html>", "is no ONNX model but a web page"},
-      {"version https://git-lfs.github.com/spec/v1\n", "run git lfs pull"}};
-  for (const auto& [text, what] : others) {
-    expect_refused(place.write("other.onnx", text), what);
-  }
+  expect_refused(place.write("other.onnx", "no model"), "is truncated or no ONNX model");
 }
 
 TEST_F(BadModels, OptionsOutOfRangeAreRefused) {
