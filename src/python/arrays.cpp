@@ -65,15 +65,19 @@ const char* wanted(Pixels kind) {
   return "";
 }
 
+/// Tells whether an array holds numbers of this kind and size, in the machine's order of bytes.
+bool has_type(const py::array& array, char kind, py::ssize_t bytes) {
+  const py::dtype type = array.dtype();
+  return type.kind() == kind && type.itemsize() == bytes && type.attr("isnative").cast<bool>();
+}
+
 /// Returns the matrix type of one channel, or -1 for arrays of another kind.
 int channel_type(const py::array& array, Pixels kind) {
-  const py::dtype type = array.dtype();
-  const bool is_native = type.attr("isnative").cast<bool>();
-  const auto is = [&](char letter, py::ssize_t bytes) {
-    return is_native && type.kind() == letter && type.itemsize() == bytes;
-  };
-  if (kind == Pixels::depth) return is('u', 2) ? CV_16U : is('f', 4) ? CV_32F : -1;
-  return is('u', 1) || (kind == Pixels::mask && is('b', 1)) ? CV_8U : -1;
+  if (kind == Pixels::depth) {
+    return has_type(array, 'u', 2) ? CV_16U : has_type(array, 'f', 4) ? CV_32F : -1;
+  }
+  const bool is_bool = kind == Pixels::mask && has_type(array, 'b', 1);
+  return is_bool || has_type(array, 'u', 1) ? CV_8U : -1;
 }
 
 bool is_aligned(const py::array& array) {
@@ -84,6 +88,15 @@ bool is_aligned(const py::array& array) {
                          const std::string& want) {
   detail::throw_misuse(argument.component,
                        detail::concatenate(argument.name, " of ", description(array)), want);
+}
+
+/// Refuses an array whose numbers lie elsewhere in memory than they must.
+[[noreturn]] void refuse_strides(const py::array& array, const Argument& argument,
+                                 const char* want) {
+  const std::string strides = py::str(array.attr("strides"));
+  refuse(array, argument,
+         detail::concatenate(
+             want, ", as numpy.ascontiguousarray makes them (strides here: ", strides, ")"));
 }
 
 }  // namespace
@@ -119,10 +132,7 @@ cv::Mat matrix_from(const py::object& object, Pixels kind, const Argument& argum
       (columns == 1 || array.strides(1) == pixel) && (channels == 1 || array.strides(2) == value);
   const py::ssize_t step = rows == 1 ? columns * pixel : array.strides(0);
   if (!is_row_dense || step < columns * pixel || step % value != 0 || !is_aligned(array)) {
-    refuse(array, argument,
-           detail::concatenate("rows of neighbouring pixels, as numpy.ascontiguousarray makes them "
-                               "(strides here: ",
-                               std::string(py::str(array.attr("strides"))), ")"));
+    refuse_strides(array, argument, "rows of neighbouring pixels");
   }
   // Only read: FrameView and Segmentation say so.
   cv::Mat matrix(static_cast<int>(rows), static_cast<int>(columns),
@@ -169,20 +179,15 @@ FeaturesView features_from(const py::array& points, const char* component) {
   if (points.size() == 0 && points.ndim() == 1) return {};  // OpenCV's points of no keypoints
   const bool is_opencv = points.ndim() == 3 && points.shape(1) == 1;
   const py::ssize_t last = points.ndim() - 1;
-  const py::dtype type = points.dtype();
-  const bool is_float =
-      type.kind() == 'f' && type.itemsize() == 4 && type.attr("isnative").cast<bool>();
-  if (!is_float || (points.ndim() != 2 && !is_opencv) || points.shape(last) != 2) {
+  const bool has_points = (points.ndim() == 2 || is_opencv) && points.shape(last) == 2;
+  if (!has_points || !has_type(points, 'f', 4)) {
     refuse(points, argument, "float32, N x 2 (x, y in pixels)");
   }
   const py::ssize_t count = points.shape(0);
   if (count == 0) return {};
   const py::ssize_t stride = count == 1 ? points.itemsize() * 2 : points.strides(0);
   if (points.strides(last) != points.itemsize() || stride < 0 || !is_aligned(points)) {
-    refuse(points, argument,
-           detail::concatenate("x and y side by side, as numpy.ascontiguousarray makes them "
-                               "(strides here: ",
-                               std::string(py::str(points.attr("strides"))), ")"));
+    refuse_strides(points, argument, "x and y side by side");
   }
   return {static_cast<const cv::Point2f*>(points.data()), static_cast<std::size_t>(count),
           static_cast<std::size_t>(stride)};

@@ -39,14 +39,7 @@ images, depth, masks and features. Each check needs 8 frames.
            py::arg("wanted_features") = 0,
            R"(dynamic_classes: class ids of dynamic objects
 wanted_features: number asked for in each frame; 0: unknown)")
-      .def(
-          "note_camera",
-          [](InputChecks& self, double fx, double fy, double cx, double cy) {
-            Camera camera;
-            camera.fx = fx, camera.fy = fy, camera.cx = cx, camera.cy = cy;
-            self.note_camera(camera);
-          },
-          py::arg("fx"), py::arg("fy"), py::arg("cx"), py::arg("cy"), "Notes the camera, pixels.")
+      .def("note_camera", &InputChecks::note_camera, py::arg("camera"), "Notes the camera.")
       .def(
           "add",
           [](InputChecks& self, const FrameView& frame,

@@ -19,12 +19,12 @@ PYBIND11_MODULE(_dynfilter, module) {
   bind_filter(module);
   bind_host_masks(module);
   bind_segmenters(module);
-  bind_checks(module);
 #ifdef DYNFILTER_HAS_NETWORKS
   bind_networks(module);
 #endif
   bind_sequence(module);
-  bind_motion(module);  // after the camera of a sequence, which it takes
+  bind_checks(module);  // after the camera of a sequence, as what follows
+  bind_motion(module);
   py::delattr(module, "__module__");
   py::module_::import("atexit").attr("register")(py::cpp_function(&Unlocked::end_interpreter));
 }

@@ -16,13 +16,13 @@ namespace dynfilter::python {
 class Unlocked {
  public:
   Unlocked() : state_(PyEval_SaveThread()) {
-    ++running();
+    ++running_;
     stay_if_it_ends();
   }
   ~Unlocked() {
     stay_if_it_ends();
     PyEval_RestoreThread(state_);
-    --running();
+    --running_;
   }
   Unlocked(const Unlocked&) = delete;
   Unlocked& operator=(const Unlocked&) = delete;
@@ -30,34 +30,25 @@ class Unlocked {
   /// Stops the other threads, each at the end of its call. Waits up to 5 s for them: a call may run
   /// Python code that never ends.
   static void end_interpreter() {
-    ender() = std::this_thread::get_id();
-    is_ending() = true;
+    ender_ = std::this_thread::get_id();
+    is_ending_ = true;
     const pybind11::gil_scoped_release unlock;
     constexpr int most = 5000;
-    for (int ms = 0; ms < most && running() > 0; ++ms) {
+    for (int ms = 0; ms < most && running_ > 0; ++ms) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
   }
 
  private:
-  static std::atomic<int>& running() {
-    static std::atomic<int> calls{0};
-    return calls;
-  }
-  static std::atomic<bool>& is_ending() {
-    static std::atomic<bool> ends{false};
-    return ends;
-  }
-  static std::thread::id& ender() {
-    static std::thread::id id;
-    return id;
-  }
-
   static void stay_if_it_ends() {
-    if (!is_ending() || std::this_thread::get_id() == ender()) return;
-    --running();
+    if (!is_ending_ || std::this_thread::get_id() == ender_) return;
+    --running_;
     while (true) std::this_thread::sleep_for(std::chrono::hours(1));
   }
+
+  inline static std::atomic<int> running_{0};  // calls
+  inline static std::atomic<bool> is_ending_{false};
+  inline static std::thread::id ender_;
 
   PyThreadState* state_;
 };

@@ -85,7 +85,7 @@ def test_depths_of_features_stand_for_a_depth_image(scene):
 
 def findings_of(scene, masks, scale=1.0):
     checks = dynfilter.InputChecks(dynamic_classes=[0])
-    checks.note_camera(100, 100, 80, 60)
+    checks.note_camera(dynfilter.Camera(fx=100, fy=100, cx=80, cy=60))
     for i in range(8):
         frame = scene.frame(timestamp_s=i / 30, metres_per_unit=scale / 5000)
         checks.add(frame, dynfilter.Segmentation.from_masks(frame, masks), scene.points)
