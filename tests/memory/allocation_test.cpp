@@ -377,7 +377,7 @@ TEST(Allocations, OfTheMotionJudgeAreThoseOfOpenCv) {
     cv::goodFeaturesToTrack(grey, corners, 500, 1e-3, 6);
     filter.apply(frame, shot.true_segmentation, corners, labels, workspace);
     const std::size_t of_judge = allocations_of([&] {
-      judge({frame, shot.true_segmentation, corners, workspace}, labels, workspace);
+      judge({frame, shot.true_segmentation, corners, &workspace}, labels, workspace);
     });
     const MotionOutcome outcome = labels.statistics().motion.outcome;
     const std::size_t of_opencv = allocations_of([&] {

@@ -322,12 +322,6 @@ TEST(MotionJudge, RefusesNonsense) {
 
 constexpr std::size_t seen_frames = 6;
 
-class TwoCameras : public ::testing::Test {
- protected:
-  void SetUp() override { cv::setNumThreads(1); }  // OpenCV's own threads are not tested here
-  void TearDown() override { cv::setNumThreads(-1); }
-};
-
 /// Calls a function once for each scene, in two threads at once.
 void in_two_threads(const std::function<void(std::size_t)>& call) {
   std::thread other(call, 1);
@@ -344,7 +338,7 @@ std::vector<FeatureLabels> judged(const std::vector<Shot>& shots) {
   return labels;
 }
 
-TEST_F(TwoCameras, AreJudgedInTwoThreadsAsAlone) {
+TEST(TwoCameras, AreJudgedInTwoThreadsAsAlone) {
   const std::vector<FeatureLabels> want[] = {judged(scene(0)), judged(scene(1))};
   std::vector<FeatureLabels> got[2];
   in_two_threads([&](std::size_t camera) { got[camera] = judged(scene(camera)); });
