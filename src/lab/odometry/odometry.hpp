@@ -11,11 +11,11 @@
 #include <dynfilter/camera.hpp>
 #include <dynfilter/evaluation/trajectory.hpp>
 
-#include "local_map.hpp"
+#include "tracked_map.hpp"
 
 namespace odometry {
 
-enum class Tracked {
+enum class Tracked : std::uint8_t {
   waiting,  ///< no map yet, because no frame had enough features with depth
   found,
   lost  ///< the pose is the predicted one
@@ -28,18 +28,19 @@ struct FrameResult {
   bool is_keyframe = false;
 };
 
-/// RGB-D odometry from ORB features and a map of keyframes; poses are predicted from the last
-/// motion and refined. It is built like ORB-SLAM, so moving objects disturb it in the same way. It
-/// closes no loops. The world is the camera's frame at the first keyframe.
+/// RGB-D odometry from ORB features and a map of the points that keyframes measured. Poses are
+/// predicted from the last motion and refined, as ORB-SLAM's are, so moving objects disturb it in
+/// the same way. It adjusts no map and closes no loops. The world is the camera's frame at the
+/// first keyframe.
 ///
 /// Equal frames and masks give bit-identical poses on one machine.
 class Odometry {
  public:
-  explicit Odometry(const dynfilter::Camera& camera) : lens_(camera) {}
+  explicit Odometry(const dynfilter::Camera& camera) : camera_(camera) {}
 
   /// Tracks a frame with features that the caller has extracted and filtered: one descriptor a row,
   /// CV_8UC1 of 32 columns. Frames come in the order of time. Throws std::invalid_argument for
-  /// other descriptors.
+  /// other descriptors, and without an image.
   FrameResult track(const dynfilter::FrameView& frame, const std::vector<cv::KeyPoint>& keypoints,
                     const cv::Mat& descriptors);
 
@@ -49,25 +50,22 @@ class Odometry {
   std::size_t lost_frames() const { return lost_frames_; }
 
  private:
-  bool start(Tracking& tracking);
-  std::size_t follow(Tracking& tracking);
-  std::size_t track_predicted(Tracking& tracking);
-  std::size_t find_again(Tracking& tracking);
-  std::size_t track_local_map(Tracking& tracking);
-  std::size_t refine(Tracking& tracking);
-  std::vector<PointMatch> matches_of(const Tracking& tracking) const;
-  bool wants_keyframe(const Tracking& tracking, std::size_t inliers) const;
-  void add_keyframe(Tracking& tracking);
-  FrameResult finish(double timestamp_s, Tracking tracking, FrameResult result);
+  FrameResult start(const FrameFeatures& features);
+  FrameResult follow(const FrameFeatures& features);
+  bool match(const FrameFeatures& features, dynfilter::Pose& pose);
+  std::size_t match_all(const FrameFeatures& features, dynfilter::Pose& pose);
+  bool is_trusted(const FrameFeatures& features) const;
+  std::vector<bool> known_features(const FrameFeatures& features) const;
+  bool wants_keyframe(const FrameFeatures& features, std::size_t inliers);
+  void add_keyframe(const FrameFeatures& features);
 
-  dynfilter::Camera lens_;
-  DisparityCamera camera_;
-  LocalMap map_;
-  Tracking last_;
-  Pose motion_;               // from the frame before the last to the last
-  KeyframeId reference_ = 0;  // the keyframe that shares most points with the last frame
+  dynfilter::Camera camera_;
+  Map map_;
+  dynfilter::Pose pose_;    // world to camera, in the last frame
+  dynfilter::Pose motion_;  // from the frame before the last to the last
+  std::size_t keyframes_ = 0;
   std::size_t frames_since_keyframe_ = 0;
-  std::uint64_t frames_ = 0;
+  std::size_t most_inliers_ = 0;  // of a frame since the last keyframe
   std::size_t lost_frames_ = 0;
   dynfilter::Trajectory trajectory_;
 };

@@ -5,21 +5,227 @@
 
 #include "lab/odometry/odometry.hpp"
 
+#include <dynfilter/dynfilter.hpp>
 #include <dynfilter/evaluation/rgbd_sequence.hpp>
+#include <dynfilter/evaluation/trajectory_errors.hpp>
 
-#include "lab/odometry/frame_features.hpp"
-#include "lab/odometry/odometry_scene.hpp"
 #include "lab/odometry/orb_extractor.hpp"
+#include "lab/scenes/synthetic_scene.hpp"
 #include "support/test.hpp"
 
 namespace odometry {
 namespace {
 
+using dynfilter::FrameView;
+using dynfilter::SyntheticFrame;
+
+struct Rendered {
+  dynfilter::SequenceCamera camera;
+  std::vector<SyntheticFrame> frames;
+  dynfilter::Trajectory truth;
+};
+
+Rendered render(int persons, int frames) {
+  dynfilter::SyntheticSceneOptions options;
+  options.image_size = {400, 300};
+  options.frames = frames;
+  options.persons = persons;
+  const dynfilter::SyntheticScene scene(options);
+  Rendered rendered{scene.camera(), {}, {}};
+  for (int i = 0; i < scene.size(); ++i) {
+    rendered.frames.push_back(scene.render(i));
+    rendered.truth.push_back({scene.pose(i), scene.timestamp_s(i)});
+  }
+  return rendered;
+}
+
+const Rendered& static_frames() {
+  static const Rendered rendered = render(0, 25);
+  return rendered;
+}
+
+/// Extracts features, removes those on the masks and tracks the rest.
+FrameResult track(Odometry& odometry, const FrameView& frame,
+                  const std::optional<dynfilter::Segmentation>& masks = {}) {
+  cv::Mat grey, descriptors;
+  cv::cvtColor(frame.image, grey, cv::COLOR_BGR2GRAY);
+  std::vector<cv::KeyPoint> keypoints;
+  OrbExtractor(1000).extract(grey, keypoints, descriptors);
+  dynfilter::keep_static(dynfilter::DynamicFilter().apply(frame, masks, keypoints), keypoints,
+                         descriptors);
+  return odometry.track(frame, keypoints, descriptors);
+}
+
+Odometry track_all(const Rendered& rendered, bool with_true_masks = false) {
+  Odometry odometry(rendered.camera);
+  for (const SyntheticFrame& frame : rendered.frames) {
+    std::optional<dynfilter::Segmentation> masks;
+    if (with_true_masks) masks = frame.true_segmentation;
+    track(odometry, frame.frame, masks);
+  }
+  return odometry;
+}
+
+double ate_m(const Odometry& odometry, const dynfilter::Trajectory& truth) {
+  return dynfilter::absolute_trajectory_error(odometry.trajectory(), truth).translation_m.rmse;
+}
+
+FrameView dark(FrameView frame) {
+  frame.image = cv::Mat::zeros(frame.image.size(), frame.image.type());
+  return frame;
+}
+
+FrameView without_depth(FrameView frame) {
+  frame.depth = cv::Mat();
+  return frame;
+}
+
 TEST(Odometry, TracksAStaticSceneToMillimetres) {
-  const Odometry odometry = track(static_frames(), false);
+  const Odometry odometry = track_all(static_frames());
   EXPECT_EQ(odometry.lost_frames(), 0U);
   EXPECT_EQ(odometry.trajectory().size(), static_frames().frames.size());
   EXPECT_LT(ate_m(odometry, static_frames().truth), 0.01);
+}
+
+TEST(SlowOdometry, IsDeterministic) {
+  const Odometry first = track_all(static_frames());
+  const int threads = cv::getNumThreads();
+  cv::setNumThreads(1);
+  const Odometry second = track_all(static_frames());
+  cv::setNumThreads(threads);
+  ASSERT_EQ(first.trajectory().size(), second.trajectory().size());
+  for (std::size_t i = 0; i < first.trajectory().size(); ++i) {
+    EXPECT_EQ(first.trajectory()[i].rotation, second.trajectory()[i].rotation) << i;
+    EXPECT_EQ(first.trajectory()[i].translation, second.trajectory()[i].translation) << i;
+  }
+}
+
+TEST(SlowOdometry, IsDraggedByPersonsUnlessTheirFeaturesAreRemoved) {
+  const Rendered moving = render(2, 30);
+  const double without_persons = ate_m(track_all(moving, true), moving.truth);
+  EXPECT_LT(without_persons, 0.03);
+  EXPECT_GT(ate_m(track_all(moving), moving.truth), 4 * without_persons);
+}
+
+TEST(Odometry, ReportsBeingLostAndRelocalizes) {
+  const Rendered& rendered = static_frames();
+  Odometry odometry(rendered.camera);
+  for (std::size_t i = 0; i < 6; ++i) track(odometry, rendered.frames[i].frame);
+  const FrameResult lost = track(odometry, dark(rendered.frames[6].frame));
+  EXPECT_EQ(lost.tracked, Tracked::lost);
+  EXPECT_TRUE(lost.pose.has_value());
+  EXPECT_EQ(odometry.lost_frames(), 1U);
+  // So far ahead that the prediction is useless.
+  EXPECT_EQ(track(odometry, rendered.frames[20].frame).tracked, Tracked::found);
+  EXPECT_EQ(odometry.trajectory().size(), 8U);
+  EXPECT_LT(ate_m(odometry, rendered.truth), 0.05);
+}
+
+TEST(Odometry, WaitsForAFrameWithFeaturesAndDepth) {
+  const std::vector<SyntheticFrame>& frames = static_frames().frames;
+  Odometry odometry(static_frames().camera);
+  EXPECT_EQ(track(odometry, without_depth(frames[0].frame)).tracked, Tracked::waiting);
+  const FrameResult waiting = track(odometry, dark(frames[1].frame));
+  EXPECT_EQ(waiting.tracked, Tracked::waiting);
+  EXPECT_FALSE(waiting.pose.has_value());
+  EXPECT_TRUE(odometry.trajectory().empty());
+  EXPECT_EQ(track(odometry, frames[2].frame).tracked, Tracked::found);
+  // Tracking continues without depth.
+  EXPECT_EQ(track(odometry, without_depth(frames[3].frame)).tracked, Tracked::found);
+}
+
+/// Points at random pixels, each with a descriptor of its own, before a camera at rest whose lens
+/// distorts.
+class Wall {
+ public:
+  Wall() : depth_(480, 640, CV_32FC1, cv::Scalar(2)), descriptors_(400, 32, CV_8UC1) {
+    cv::RNG random(8);
+    for (int i = 0; i < descriptors_.rows; ++i) {
+      const cv::Point pixel(random.uniform(20, 620), random.uniform(20, 460));
+      depth_.at<float>(pixel) = random.uniform(1.5F, 3.0F);
+      keypoints_.emplace_back(cv::Point2f(pixel), 31.0F, 0.0F, 1.0F, 0);
+    }
+    random.fill(descriptors_, cv::RNG::UNIFORM, 0, 256);
+  }
+
+  /// Tracks a frame that shows those of the points first to end that lie in a corner of this size.
+  FrameResult show(int first, int end, float corner_px = 640) {
+    std::vector<cv::KeyPoint> keypoints;
+    cv::Mat descriptors(0, 32, CV_8UC1);
+    for (int i = first; i < end; ++i) {
+      const cv::KeyPoint& keypoint = keypoints_[static_cast<std::size_t>(i)];
+      if (std::max(keypoint.pt.x, keypoint.pt.y) >= corner_px) continue;
+      keypoints.push_back(keypoint);
+      descriptors.push_back(descriptors_.row(i));
+    }
+    return odometry_.track(frame(), keypoints, descriptors);
+  }
+
+  FrameView frame() {
+    FrameView frame;
+    frame.timestamp_s = ++frames_ / 30.0;
+    frame.image = cv::Mat::zeros(depth_.size(), CV_8UC1);
+    frame.depth = depth_;
+    return frame;
+  }
+
+ private:
+  Odometry odometry_{{500, 500, 320, 240, 0.1}};
+  cv::Mat depth_, descriptors_;
+  std::vector<cv::KeyPoint> keypoints_;
+  int frames_ = 0;
+};
+
+TEST(Odometry, IsLostWithFewPointsOrPointsOfOneCorner) {
+  const struct {
+    int end;
+    float corner_px;
+    Tracked tracked;
+  } cases[] = {{400, 640, Tracked::found},
+               {30, 640, Tracked::found},
+               {19, 640, Tracked::lost},
+               {400, 160, Tracked::lost},
+               {400, 240, Tracked::found}};
+  for (const auto& shown : cases) {
+    Wall wall;
+    EXPECT_EQ(wall.show(0, 59).tracked, Tracked::waiting);
+    EXPECT_TRUE(wall.show(0, 400).is_keyframe);
+    const FrameResult result = wall.show(0, shown.end, shown.corner_px);
+    EXPECT_EQ(result.tracked, shown.tracked) << shown.end << ' ' << shown.corner_px;
+    EXPECT_LT(cv::norm(result.pose->translation), 1e-6) << "the camera rests";
+  }
+}
+
+TEST(Odometry, MapsFeaturesAtOnceWhereItFollowsFew) {
+  for (const int known : {90, 200}) {
+    Wall wall;
+    EXPECT_TRUE(wall.show(0, known).is_keyframe);
+    EXPECT_EQ(wall.show(0, 400).is_keyframe, known < 100) << known;
+  }
+}
+
+TEST(Odometry, FindsALostTrackByTheNewestKeyframes) {
+  Wall wall;
+  EXPECT_TRUE(wall.show(0, 200).is_keyframe);
+  EXPECT_TRUE(wall.show(110, 400).is_keyframe);
+  EXPECT_EQ(wall.show(200, 400).tracked, Tracked::found);
+  const FrameResult again = wall.show(0, 110);  // only the first keyframe saw these
+  EXPECT_EQ(again.tracked, Tracked::found);
+  EXPECT_GT(again.inliers, 100U);
+}
+
+TEST(Odometry, RefusesOtherDescriptorsAndNoImage) {
+  Wall wall;
+  Odometry odometry({500, 500, 320, 240});
+  const std::vector<cv::KeyPoint> keypoints(3);
+  for (const cv::Mat& wrong :
+       {cv::Mat(2, 32, CV_8UC1), cv::Mat(3, 64, CV_8UC1), cv::Mat(3, 32, CV_32FC1), cv::Mat()}) {
+    dynfilter::testing::expect_error<std::invalid_argument>(
+        [&] { odometry.track(wall.frame(), keypoints, wrong); }, "32 bytes a feature");
+  }
+  dynfilter::testing::expect_error<std::invalid_argument>(
+      [&] { odometry.track(FrameView(), keypoints, cv::Mat(3, 32, CV_8UC1)); }, "want an image");
+  EXPECT_TRUE(odometry.trajectory().empty());
 }
 
 TEST(OrbExtractor, CornersOfTheFirstOctaveAreWholePixels) {
@@ -36,271 +242,14 @@ TEST(OrbExtractor, CornersOfTheFirstOctaveAreWholePixels) {
   EXPECT_GT(whole, 50);
 }
 
-TEST(SlowOdometry, IsDeterministic) {
-  const Odometry first = track(static_frames(), false);
-  const int threads = cv::getNumThreads();
-  cv::setNumThreads(1);
-  const Odometry second = track(static_frames(), false);
-  cv::setNumThreads(threads);
-  EXPECT_TRUE(are_equal(first.trajectory(), second.trajectory()));
-}
-
-TEST(SlowOdometry, IsDraggedByPersonsUnlessTheirFeaturesAreRemoved) {
-  const double with_persons = ate_m(track(moving_frames(), false), moving_frames().truth);
-  const double without_persons = ate_m(track(moving_frames(), true), moving_frames().truth);
-  EXPECT_LT(without_persons, 0.03);
-  EXPECT_GT(with_persons, 4 * without_persons);
-}
-
-TEST(Odometry, ReportsBeingLostAndRelocalizes) {
-  const Rendered& rendered = static_frames();
-  HostOdometry odometry(rendered.camera);
-  for (std::size_t i = 0; i < 6; ++i) odometry.track(rendered.frames[i].frame, {});
-  dynfilter::FrameView dark = rendered.frames[6].frame;
-  dark.image = cv::Mat::zeros(dark.image.size(), dark.image.type());
-  const FrameResult lost = odometry.track(dark, {});
-  EXPECT_EQ(lost.tracked, Tracked::lost);
-  EXPECT_TRUE(lost.pose.has_value());
-  EXPECT_EQ(odometry.lost_frames(), 1U);
-  // So far ahead that the prediction is useless.
-  const FrameResult found = odometry.track(rendered.frames[20].frame, {});
-  EXPECT_EQ(found.tracked, Tracked::found);
-  EXPECT_EQ(odometry.trajectory().size(), 8U);
-  EXPECT_LT(ate_m(odometry, rendered.truth), 0.05);
-}
-
-TEST(Odometry, WaitsForAFrameWithFeaturesAndDepth) {
-  const Rendered& rendered = static_frames();
-  HostOdometry odometry(rendered.camera);
-  dynfilter::FrameView frame = rendered.frames[0].frame;
-  frame.depth = cv::Mat();
-  EXPECT_EQ(odometry.track(frame, {}).tracked, Tracked::waiting);
-  frame = rendered.frames[1].frame;
-  frame.image = cv::Mat::zeros(frame.image.size(), frame.image.type());
-  EXPECT_EQ(odometry.track(frame, {}).tracked, Tracked::waiting);
-  EXPECT_FALSE(odometry.track(frame, {}).pose.has_value());
-  EXPECT_TRUE(odometry.trajectory().empty());
-  EXPECT_EQ(odometry.track(rendered.frames[2].frame, {}).tracked, Tracked::found);
-  // Tracking continues without depth.
-  frame = rendered.frames[3].frame;
-  frame.depth = cv::Mat();
-  EXPECT_EQ(odometry.track(frame, {}).tracked, Tracked::found);
-}
-
-/// Points at random pixels, each with a descriptor of its own, for a camera at rest.
-class Wall {
- public:
-  explicit Wall(std::size_t points) : depth_(480, 640, CV_32FC1, cv::Scalar(2)) {
-    cv::RNG random(8);
-    for (std::size_t i = 0; i < points; ++i) {
-      const cv::Point pixel(random.uniform(20, 620), random.uniform(20, 460));
-      depth_.at<float>(pixel) = random.uniform(1.5F, 3.0F);
-      keypoints_.emplace_back(cv::Point2f(pixel), 31.0F, 0.0F, 1.0F, 0);
-    }
-    descriptors_ = cv::Mat(static_cast<int>(points), 32, CV_8UC1);
-    random.fill(descriptors_, cv::RNG::UNIFORM, 0, 256);
-  }
-
-  /// Tracks a frame that shows the points of a range alone.
-  FrameResult show(Odometry& odometry, int first, int end) {
-    dynfilter::FrameView frame;
-    frame.timestamp_s = ++frames_ / 30.0;
-    frame.image = cv::Mat::zeros(depth_.size(), CV_8UC1);
-    frame.depth = depth_;
-    return odometry.track(frame, {keypoints_.begin() + first, keypoints_.begin() + end},
-                          descriptors_.rowRange(first, end));
-  }
-
- private:
-  cv::Mat depth_, descriptors_;
-  std::vector<cv::KeyPoint> keypoints_;
-  int frames_ = 0;
-};
-
-constexpr dynfilter::Camera camera_before_wall{500, 500, 320, 240};
-
-TEST(Odometry, MapsNearFeaturesAtOnceWhereItFollowsFew) {
-  for (const int known : {90, 200}) {
-    HostOdometry odometry(camera_before_wall);
-    Wall wall(400);
-    EXPECT_TRUE(wall.show(odometry, 0, known).is_keyframe);
-    EXPECT_EQ(wall.show(odometry, 0, 400).is_keyframe, known < 100) << known;
-  }
-}
-
-TEST(Odometry, RelocalizesByTheOldestKeyframeToo) {
-  HostOdometry odometry(camera_before_wall);
-  Wall wall(400);
-  EXPECT_TRUE(wall.show(odometry, 0, 200).is_keyframe);
-  bool has_second = false;
-  for (int i = 0; i < 3; ++i) has_second = wall.show(odometry, 100, 400).is_keyframe;
-  ASSERT_TRUE(has_second);
-  EXPECT_EQ(wall.show(odometry, 200, 400).tracked, Tracked::found);
-  // Only the first keyframe has these.
-  const FrameResult again = wall.show(odometry, 0, 100);
-  EXPECT_EQ(again.tracked, Tracked::found);
-  EXPECT_GT(again.inliers, 90U);
-}
-
-TEST(PoseRefinement, JacobianIsTheDerivativeOfTheResidual) {
-  const DisparityCamera camera = test_camera();
-  const Eigen::Vector3d point(0.4, -0.3, 2.1);
-  for (const double depth_m : {0.0, 2.0}) {
-    Observation observation;
-    observation.pixel = {400, 200};
-    observation.depth_m = depth_m;
-    observation.sigma_px = 1.2;
-    observation.disparity_sigma_px = 0.5;
-    const Pose pose = test_pose();
-    const Eigen::Vector3d seen = pose * point;
-    const auto jacobian = pose_jacobian(point_jacobian(camera, observation, seen), seen);
-    for (int k = 0; k < 6; ++k) {
-      constexpr double step = 1e-6;
-      const Twist change = step * Twist::Unit(k);
-      const Eigen::Vector3d ahead = residual(camera, observation, moved(pose, change) * point);
-      const Eigen::Vector3d behind = residual(camera, observation, moved(pose, -change) * point);
-      const Eigen::Vector3d numeric = (ahead - behind) / (2 * step);
-      EXPECT_LT((jacobian.col(k) - numeric).norm(), 1e-4) << "component " << k;
-    }
-  }
-}
-
-TEST(PoseRefinement, FindsThePoseAndTheOutliers) {
-  std::vector<PointMatch> matches = exact_matches(test_pose(), 100, 15);
-  Pose pose = test_pose();
-  pose.translation[0] += 0.02;
-  EXPECT_EQ(refine_pose(test_camera(), pose, matches), 85U);
-  EXPECT_LT(cv::norm(pose.translation - test_pose().translation), 1e-6);
-  EXPECT_FALSE(matches[0].is_inlier);
-  EXPECT_TRUE(matches[99].is_inlier);
-}
-
-TEST(PoseRefinement, LeavesInliersInFrontOfTheCamera) {
-  // Distant points want the camera beyond a near one, which is seen straight ahead.
-  const DisparityCamera camera = test_camera();
-  std::vector<PointMatch> matches(61);
-  std::mt19937_64 random(4);
-  Pose beyond;
-  beyond.translation[2] = -0.3;
-  for (PointMatch& match : matches) {
-    match.observation.pixel = {draw(random, 0, 640), draw(random, 0, 480)};
-    match.point =
-        beyond.inverse() * camera.back_project(match.observation.pixel, draw(random, 30, 40));
-  }
-  matches[0].point = {0, 0, 0.2};
-  matches[0].observation.pixel = {camera.cx, camera.cy};
-  Pose pose;
-  refine_pose(camera, pose, matches);
-  EXPECT_TRUE(matches[0].is_inlier);
-  EXPECT_LT(pose.translation[2], 0) << "it moves, but not so far";
-  EXPECT_GT(pose.translation[2], -0.2);
-}
-
-TEST(PnpRansac, FindsThePoseAmongHalfOutliersWithoutAGuess) {
-  std::vector<PointMatch> matches = exact_matches(test_pose(), 80, 40);
-  const auto pose = pnp_ransac(test_camera(), matches, 20, 1);
-  ASSERT_TRUE(pose.has_value());
-  EXPECT_LT(cv::norm(pose->translation - test_pose().translation), 1e-3);
-  EXPECT_FALSE(pnp_ransac(test_camera(), matches, 60, 1).has_value());
-}
-
-TEST(BundleAdjustment, RecoversPosesAndPoints) {
-  const DisparityCamera camera = test_camera();
-  const std::vector<PointMatch> matches = exact_matches(Pose(), 60, 0);
-  Bundle bundle;
-  bundle.free_poses = 1;
-  bundle.poses = {test_pose(), Pose()};
-  for (const PointMatch& match : matches) {
-    for (std::size_t k = 0; k < 2; ++k) {
-      const Eigen::Vector3d seen = bundle.poses[k] * match.point;
-      Observation observation;
-      observation.pixel = camera.project(seen).head<2>();
-      observation.depth_m = seen.z();
-      bundle.observations.push_back({k, bundle.points.size(), observation});
-    }
-    bundle.points.push_back(match.point + Eigen::Vector3d(0.004, -0.003, 0.01));
-  }
-  bundle.poses[0].translation[1] += 0.01;
-  adjust_bundle(camera, bundle);
-  EXPECT_LT(cv::norm(bundle.poses[0].translation - test_pose().translation), 1e-5);
-  EXPECT_LT((bundle.points[30] - matches[30].point).norm(), 1e-4);
-}
-
 using SlowOdometryOnRecordedData = dynfilter::testing::RecordedData;
 
 TEST_F(SlowOdometryOnRecordedData, TracksFr1XyzToCentimetres) {
   const dynfilter::RgbdSequence sequence(data("tum_fr1_xyz_120"));
-  HostOdometry odometry(sequence.camera());
-  for (std::size_t i = 0; i < sequence.size(); ++i) odometry.track(sequence.read(i), {});
+  Odometry odometry(sequence.camera());
+  for (std::size_t i = 0; i < sequence.size(); ++i) track(odometry, sequence.read(i));
   EXPECT_EQ(odometry.lost_frames(), 0U);
-  const auto truth = dynfilter::read_trajectory(*sequence.groundtruth_file());
-  EXPECT_LT(ate_m(odometry, truth), 0.02);
-}
-
-// --- Parts ---------------------------------------------------------------------------------------
-
-TEST(FeatureGrid, FindsTheFeaturesOfASquare) {
-  cv::RNG random(3);
-  const DisparityCamera camera{{}, {130, 100}};
-  std::vector<Feature> features(400);
-  for (Feature& feature : features) {  // some beyond the image
-    feature.observation.pixel = {random.uniform(-20.0, 150.0), random.uniform(-20.0, 120.0)};
-  }
-  for (std::size_t i = 0; i < 20; ++i) {  // at whole pixels
-    features[i].observation.pixel = features[i].observation.pixel.array().round();
-  }
-  const FeatureGrid grid(features, camera);
-  std::size_t found_in_all = 0;
-  for (int trial = 0; trial < 500; ++trial) {
-    Eigen::Vector2d pixel(random.uniform(-30.0, 160.0), random.uniform(-30.0, 130.0));
-    double radius_px = random.uniform(0.5, 40.0);
-    if (trial % 5 == 0) {  // a feature lies exactly on the side
-      radius_px = std::ceil(radius_px);
-      pixel = features[static_cast<std::size_t>(trial % 20)].observation.pixel.array() + radius_px;
-    }
-    std::vector<std::size_t> found, expected;
-    grid.find(pixel, radius_px, found);
-    std::sort(found.begin(), found.end());
-    for (std::size_t i = 0; i < features.size(); ++i) {
-      const Eigen::Vector2d away = features[i].observation.pixel - pixel;
-      if (std::abs(away.x()) <= radius_px && std::abs(away.y()) <= radius_px) expected.push_back(i);
-    }
-    ASSERT_EQ(found, expected) << trial;
-    found_in_all += found.size();
-  }
-  EXPECT_GT(found_in_all, 1000U);
-}
-
-TEST(MakeFeatures, UndoesTheDistortion) {
-  dynfilter::FrameView frame;
-  frame.image = cv::Mat(480, 640, CV_8UC1);
-  const std::vector<cv::KeyPoint> keypoints = {{500, 400, 7}};
-  const cv::Mat descriptors(1, 32, CV_8UC1, cv::Scalar(0));
-  const dynfilter::Camera lens{500, 500, 320, 240, 0.1};
-  const Observation seen =
-      make_features(frame, keypoints, descriptors, lens, {10, 1})[0].observation;
-  const cv::Point2d ideal = *lens.undistort({500, 400});
-  EXPECT_EQ(seen.pixel, Eigen::Vector2d(ideal.x, ideal.y));
-}
-
-TEST(Huber, IsQuadraticUpToTheLimitAndLinearBeyond) {
-  constexpr double limit = 6;
-  for (const double squared : {0.0, 0.5, 3.0, 6.0}) {
-    EXPECT_EQ(huber(squared, limit).cost, squared);
-    EXPECT_EQ(huber(squared, limit).weight, 1);
-  }
-  // Linear in the residual: 2 * sqrt(limit) * residual - limit.
-  EXPECT_NEAR(huber(24, limit).cost, 2 * std::sqrt(limit) * std::sqrt(24) - limit, 1e-12);
-  EXPECT_NEAR(huber(24, limit).weight, 0.5, 1e-12);
-}
-
-TEST(Huber, WeighsByTheDerivativeOfTheCost) {
-  for (double squared = 0.5; squared < 40; squared += 0.7) {
-    const double step = 1e-6;
-    const double slope =
-        (huber(squared + step, 6).cost - huber(squared - step, 6).cost) / (2 * step);
-    EXPECT_NEAR(huber(squared, 6).weight, slope, 1e-6) << squared;
-  }
+  EXPECT_LT(ate_m(odometry, dynfilter::read_trajectory(*sequence.groundtruth_file())), 0.02);
 }
 
 }  // namespace
