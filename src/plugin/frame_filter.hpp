@@ -7,13 +7,12 @@
 #include <cstddef>
 #include <optional>
 #include <stdexcept>
-#include <utility>
-#include <vector>
 
 #include <opencv2/core.hpp>
 
 #include "dynfilter/dynfilter.hpp"
 #include "plugin/host_input.hpp"
+#include "plugin/map_start.hpp"
 #include "plugin/pair_depths.hpp"
 #include "plugin/plugin_settings.hpp"
 #ifdef DYNFILTER_HAS_MOTION
@@ -52,11 +51,9 @@ class FrameFilter {
       pair_depths_.find(frame, right, *answer.masks.segmentation, answer.points, *columns.right_x,
                         workspace_, answer.depths_m);
     }
-    compensated_.reserve(answer.points.size());
     apply(frame, answer);  // the last step that may fail
     answer.has_measured_depth = !frame.depth.empty() || columns.right_x != nullptr;
-    const bool helps = helps_maps_ && answer.has_measured_depth && !may_have_map_;
-    if (helps) help_map_to_begin(frame.timestamp_s, answer.labels);
+    if (helps_maps_ && answer.has_measured_depth) map_start_.keep_for_map(answer.labels);
     keep_at_least_one(answer.labels);
     last_s_ = frame.timestamp_s;
   }
@@ -64,19 +61,13 @@ class FrameFilter {
   /// Begins motion and the help for the host's first map anew, as after construction.
   void begin_anew() {
     last_s_.reset();
-    may_have_map_ = false;
-    suffices_since_s_.reset();
+    map_start_.begin_anew();
 #ifdef DYNFILTER_HAS_MOTION
     if (motion_filter_) motion_filter_->judge().reset();
 #endif
   }
 
  private:
-  /// Time for which each frame must suffice before the host's map is helped to begin, seconds. A
-  /// longer one delays the map; a shorter one begins maps between frames with too few features,
-  /// which are soon lost.
-  static constexpr double sufficient_time_s = 0.3;
-
   void apply(const FrameView& frame, FrameAnswer& answer) {
     const auto& masks = answer.masks.segmentation;
 #ifdef DYNFILTER_HAS_MOTION
@@ -87,29 +78,6 @@ class FrameFilter {
     }
 #endif
     filter_.apply(frame, masks, answer.features(), answer.labels, workspace_);
-  }
-
-  /// Lets the host's map begin where it would without compensation, but only when all frames of
-  /// some time would suffice.
-  void help_map_to_begin(double timestamp_s, FeatureLabels& labels) {
-    const FrameStatistics& statistics = labels.statistics();
-    const bool suffices = statistics.kept() + statistics.compensated >= map_features;
-    if (!suffices || !suffices_since_s_) suffices_since_s_ = timestamp_s;
-    if (timestamp_s - *suffices_since_s_ >= sufficient_time_s) keep_for_map(labels);
-    may_have_map_ = statistics.kept() >= map_features;
-  }
-
-  /// Keeps as many of the features that compensation removed as the host's map needs to begin, the
-  /// least certain first.
-  void keep_for_map(FeatureLabels& labels) {
-    compensated_.clear();
-    for (std::size_t i = 0; i < labels.size(); ++i) {
-      if (labels[i].reason == Reason::compensated) compensated_.emplace_back(labels[i].score, i);
-    }
-    std::sort(compensated_.begin(), compensated_.end());
-    for (const auto& [score, i] : compensated_) {
-      if (labels.statistics().kept() < map_features) labels.restore(i);
-    }
   }
 
   /// Keeps at least one feature, the most static one: tracking code must not meet a frame without.
@@ -127,11 +95,9 @@ class FrameFilter {
 #endif
   PairDepths pair_depths_;
   bool helps_maps_;
+  MapStart map_start_;
   Workspace workspace_;
-  std::optional<double> last_s_;            // time of the last frame
-  bool may_have_map_ = false;               // a frame had enough features to begin the host's map
-  std::optional<double> suffices_since_s_;  // since when frames would suffice for that
-  std::vector<std::pair<float, std::size_t>> compensated_;  // score and index; memory only
+  std::optional<double> last_s_;  // time of the last frame
 };
 
 }  // namespace dynfilter::detail

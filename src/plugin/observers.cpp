@@ -16,6 +16,7 @@
 #include "io/frame_table.hpp"
 #include "io/image_file.hpp"
 #include "io/staged_folder.hpp"
+#include "plugin/map_start.hpp"
 
 namespace dynfilter::detail {
 namespace {

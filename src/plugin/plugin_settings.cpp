@@ -16,6 +16,7 @@
 #include "io/image_file.hpp"
 #include "io/staged_folder.hpp"
 #include "io/yaml_file.hpp"
+#include "plugin/map_start.hpp"
 
 namespace dynfilter::detail {
 namespace {

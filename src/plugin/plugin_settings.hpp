@@ -15,8 +15,6 @@
 
 namespace dynfilter::detail {
 
-constexpr std::size_t map_features = 501;  ///< ORB-SLAM begins a map of depths with more than 500
-
 /// The contents of a settings file. The keys are the options' names; see
 /// examples/orb_slam/README.md.
 struct PluginSettings {

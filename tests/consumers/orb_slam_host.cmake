@@ -124,7 +124,8 @@ endfunction()
 
 file(READ ${GUIDE} text)
 string(REGEX MATCH "```yaml\n([^`]+)```" block "${text}")
-set(guide_settings "${CMAKE_MATCH_1}")
+# The host's own settings, above, name its number of features.
+string(REPLACE "ORBextractor.nFeatures: 2000\n" "" guide_settings "${CMAKE_MATCH_1}")
 foreach(sensor IN ITEMS rgbd mono stereo)
   filter_settings(filter dynfilter left ${sensor})
   write_settings(${sensor} PinHole "${filter}")

@@ -80,7 +80,7 @@ TEST_F(PluginTest, DepthsOfSomeFeaturesServeAMonoHost) {
   EXPECT_TRUE(in_step(frame));
 }
 
-TEST_F(PluginTest, TellsAStereoHostAloneThatItsMapCannotBegin) {
+TEST_F(PluginTest, TellsAStereoHostAloneThatItHasNoMap) {
   for (const bool is_stereo : {true, false}) {
     Plugin plugin(settings("dynfilter.missing_masks: \"keep\"\n"));
     ::testing::internal::CaptureStderr();
@@ -93,7 +93,7 @@ TEST_F(PluginTest, TellsAStereoHostAloneThatItsMapCannotBegin) {
       }
     }
     const std::string said = ::testing::internal::GetCapturedStderr();
-    EXPECT_EQ(said.find("cannot begin a map") != std::string::npos, is_stereo) << said;
+    EXPECT_EQ(said.find("has not begun a map") != std::string::npos, is_stereo) << said;
   }
 }
 
