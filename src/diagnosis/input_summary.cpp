@@ -290,7 +290,7 @@ std::string InputChecks::unchecked() const {
     names += (names.empty() ? "" : " or ") + std::string(name);
   };
   add(summary_->with_image, "images");
-  add(summary_->with_depth, "depth");
+  if (!summary_->options.depth_setting.empty()) add(summary_->with_depth, "depth");
   add(summary_->with_masks, "masks");
   return names;
 }

@@ -222,6 +222,27 @@ std::vector<ListedFrame> frames_of(const fs::path& folder, ImageLists lists,
                                   " s apart or less", moved));
 }
 
+/// Adds the images without depth: those of the lists, and those that lie beside the frames'.
+void add_unpaired(std::vector<ListedFrame> others, std::vector<ListedFrame>& frames) {
+  std::set<fs::path> files, folders;
+  std::set<std::int64_t> times;
+  const auto is_new = [&](const ListedImage& image) {
+    return files.insert(image.path).second &&
+           times.insert(detail::microseconds(image.time_s)).second;
+  };
+  for (const ListedFrame& frame : frames) {
+    is_new(frame.image);
+    folders.insert(frame.image.path.parent_path());
+  }
+  for (const fs::path& folder : folders) {
+    for (ListedFrame& beside : by_name(image_files(folder), folder)) others.push_back(beside);
+  }
+  for (const ListedFrame& other : others) {
+    const bool is_file = fs::is_regular_file(other.image.path);
+    if (is_file && is_new(other.image)) frames.push_back({other.image, {}});
+  }
+}
+
 [[noreturn]] void refuse(const ListedImage& image, const std::string& what) {
   const std::string line = image.line == 0 ? "" : detail::concatenate(":", image.line);
   throw std::runtime_error(
@@ -302,12 +323,21 @@ RgbdSequence::RgbdSequence(const fs::path& folder, const RgbdSequenceOptions& op
   depth_offset_s_ = options.depth_offset_s.value_or(camera_.depth_offset_s);
   has_depth_ = lists.has_depth();
 
-  std::vector<ListedFrame> frames = frames_of(folder, std::move(lists), options, depth_offset_s_);
+  std::vector<ListedFrame> frames = frames_of(folder, lists, options, depth_offset_s_);
+  if (has_depth_) unpaired_ = lists.frames.size() - frames.size();
+  if (options.keeps_unpaired) add_unpaired(lists.frames, frames);
   require_files(frames);
   std::stable_sort(frames.begin(), frames.end(), [](const ListedFrame& a, const ListedFrame& b) {
     return a.image.time_s < b.image.time_s;
   });
   for (const ListedFrame& frame : frames) entries_.push_back(entry_of(frame));
+  std::map<std::string, std::set<double>> times;
+  for (const auto* images : {&frames, &lists.frames}) {
+    for (const auto& [image, depth] : *images) times[image.path.stem()].insert(image.time_s);
+  }
+  for (const auto& [stem, of_stem] : times) {
+    if (of_stem.size() == 1) times_by_stem_.emplace(stem, *of_stem.begin());
+  }
 }
 
 const RgbdSequenceEntry& RgbdSequence::entry(std::size_t i) const {
@@ -335,7 +365,7 @@ FrameView RgbdSequence::read(std::size_t i) const {
                                                     detail::size_name(camera_.image_size) +
                                                     "; is the camera file another camera's?");
   }
-  if (!has_depth_) return frame;
+  if (listed.depth_path.empty()) return frame;
 
   cv::Mat depth = detail::read_image(listed.depth_path, cv::IMREAD_UNCHANGED, size);
   if (depth.type() == CV_64FC1) depth.convertTo(depth, CV_32F);
@@ -353,16 +383,6 @@ FrameView RgbdSequence::read(std::size_t i) const {
   frame.depth = detail::fitted(depth, size, listed.depth_path, listed.image_path.string(),
                                "; register depth to the images");
   return frame;
-}
-
-std::map<std::string, double> RgbdSequence::times_by_stem() const {
-  std::map<std::string, double> times;
-  std::set<std::string> repeated;
-  for (const RgbdSequenceEntry& entry : entries_) {
-    if (!times.emplace(entry.stem, entry.timestamp_s).second) repeated.insert(entry.stem);
-  }
-  for (const std::string& stem : repeated) times.erase(stem);
-  return times;
 }
 
 std::optional<fs::path> RgbdSequence::groundtruth_file() const {

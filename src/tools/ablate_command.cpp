@@ -87,7 +87,7 @@ std::vector<RunRecord> run_scene(const AblationPlan& plan, const SceneSpec& scen
                                              folder_of(plan, scene, rule)));
   }
   const odometry::OrbExtractor extractor(plan.settings.features);
-  SourceChecks checks(source, plan.settings);
+  SourceChecks checks(source.facts().camera, plan.settings);
   for (std::size_t i = 0; i < source.size(); i += plan.settings.every) {
     const SourceFrame frame = source.read(i);
     const ExtractedFeatures features = extract_features(extractor, frame.frame.image);
@@ -103,7 +103,7 @@ std::vector<RunRecord> run_scene(const AblationPlan& plan, const SceneSpec& scen
   }
   std::vector<RunRecord> results;
   for (const std::unique_ptr<RuleRun>& run : runs) {
-    results.push_back(run->finish(source, checks.findings()));
+    results.push_back(run->finish(source, checks.findings(source.mask_values())));
   }
   return results;
 }

@@ -69,7 +69,7 @@ void add_findings(const std::vector<InputFinding>& findings, Findings& found) {
 /// Runs the checks over the first frames that can be read and have masks.
 void check_frames(FrameSource& source, Findings& found) {
   const RunSettings settings;
-  SourceChecks checks(source, settings);
+  SourceChecks checks(source.facts().camera, settings);
   const odometry::OrbExtractor extractor(settings.features);
   std::vector<std::string> errors;
   std::size_t looked_at = 0, without_masks = 0;
@@ -104,7 +104,7 @@ void check_frames(FrameSource& source, Findings& found) {
   }
   found.add(Condition::fine, detail::concatenate(looked_at - errors.size(), " of ", source.size(),
                                                  " frames were checked"));
-  add_findings(checks.findings(), found);
+  add_findings(checks.findings(source.mask_values()), found);
 }
 
 /// Runs a check. An exception is its last finding.

@@ -58,7 +58,7 @@ void run(const RunOptions& options) {
   }
   RuleRun work(rule, scene, *source, settings, options.out);
   const odometry::OrbExtractor extractor(options.settings.features);
-  SourceChecks checks(*source, settings, rule.moves_masks());
+  SourceChecks checks(source->facts().camera, settings, rule.moves_masks());
   {
     ProgressBar progress("filtering", source->size());
     for (std::size_t i = 0; i < source->size(); i += options.settings.every) {
@@ -78,7 +78,7 @@ void run(const RunOptions& options) {
       progress.advance(options.settings.every);
     }
   }
-  print_report(work.finish(*source, checks.findings()));
+  print_report(work.finish(*source, checks.findings(source->mask_values())));
   std::printf("\nwritten to %s: summary.json, frames.csv%s%s%s\n", options.out.c_str(),
               source->facts().has_depth && settings.every == 1 ? ", trajectory.txt" : "",
               std::filesystem::exists(options.out / "groundtruth.txt") ? ", groundtruth.txt" : "",

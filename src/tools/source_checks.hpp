@@ -19,9 +19,10 @@ namespace dynfilter::tools {
 /// The checks of a source's frames.
 class SourceChecks {
  public:
-  SourceChecks(const FrameSource& source, const RunSettings& settings, bool moves_masks = false)
-      : source_(source), checks_(options_of(settings, moves_masks)) {
-    checks_.note_camera(source.facts().camera);
+  SourceChecks(const SequenceCamera& camera, const RunSettings& settings, bool moves_masks = false,
+               bool uses_depth = true)
+      : checks_(options_of(settings, moves_masks, uses_depth)) {
+    checks_.note_camera(camera);
   }
 
   /// Adds a frame with the masks that the rule gets and all features.
@@ -42,9 +43,10 @@ class SourceChecks {
     }
   }
 
-  /// Returns what is wrong. That masks are empty is right where nobody is there.
-  std::vector<InputFinding> findings() {
-    checks_.note_mask_values(source_.mask_values());
+  /// Returns what is wrong, with the values of masks without a table. That masks are empty is right
+  /// where nobody is there.
+  std::vector<InputFinding> findings(const std::vector<int>& mask_values) {
+    checks_.note_mask_values(mask_values);
     std::vector<InputFinding> found = checks_.findings();
     const auto is_right = [&](const InputFinding& finding) {
       return finding.check == "masks_empty" && !has_people_;
@@ -60,19 +62,75 @@ class SourceChecks {
   }
 
  private:
-  static InputChecksOptions options_of(const RunSettings& settings, bool moves_masks) {
+  static InputChecksOptions options_of(const RunSettings& settings, bool moves_masks,
+                                       bool uses_depth) {
     InputChecksOptions options;
     options.dynamic_classes = settings.mask_culler.dynamic_classes;
     options.wanted_features = static_cast<std::size_t>(settings.features);
     options.moves_masks = moves_masks;
-    options.depth_setting = "DepthMapFactor in the camera file";
+    options.depth_setting = uses_depth ? "DepthMapFactor in the camera file" : "";
     options.features_setting = "--features";
     return options;
   }
 
-  const FrameSource& source_;
   InputChecks checks_;
   bool has_people_ = false;  // or the truth is not known
+};
+
+/// The checks of masks that are written, and of what they are made of.
+class MaskChecks {
+ public:
+  MaskChecks(const SequenceCamera& camera, const MaskCullerOptions& mask_culler, bool uses_depth,
+             bool needs_outlines)
+      : uses_depth_(uses_depth),
+        needs_outlines_(needs_outlines),
+        culler_(mask_culler),
+        checks_(uses_depth ? camera : SequenceCamera(), settings_of(mask_culler), false,
+                uses_depth) {}
+
+  /// Adds a frame with its masks as they are read. Checks photographs that are like the first in
+  /// size. Throws std::runtime_error if nothing can come of the first 30.
+  void add(SourceFrame frame) {
+    FrameView& view = frame.frame;
+    if (size_.empty()) size_ = view.image.size();
+    if (view.image.size() != size_) return;
+    if (!uses_depth_) view.depth.release();
+    for (const Instance& one : frame.masks.value_or(Segmentation()).instances) {
+      if (culler_.is_dynamic(one.class_id)) ++(one.mask.empty() ? boxes_ : outlines_);
+    }
+    checks_.add(frame, frame.masks, {});
+    checks_.require_hope();
+    if (++frames_ == 30) require_outlines();
+  }
+
+  /// Refuses boxes alone where they would cover nothing.
+  void require_outlines() const {
+    if (!needs_outlines_ || outlines_ > 0 || boxes_ == 0) return;
+    throw std::runtime_error(
+        "people have boxes and no masks, so that nothing would be masked: --refine makes masks of "
+        "boxes by depth (nothing was written)");
+  }
+
+  /// Says what is wrong, but for times, which matter to no mask.
+  void print(const std::vector<int>& mask_values) {
+    for (const auto& [check, sentence, is_hopeless] : checks_.findings(mask_values)) {
+      if (check != "times") std::fprintf(stderr, "%s: %s\n", check.c_str(), sentence.c_str());
+    }
+  }
+
+ private:
+  static RunSettings settings_of(const MaskCullerOptions& mask_culler) {
+    RunSettings settings;
+    settings.mask_culler = mask_culler;
+    settings.features = 0;  // none are looked for
+    return settings;
+  }
+
+  bool uses_depth_, needs_outlines_;
+  MaskCuller culler_;
+  SourceChecks checks_;
+  cv::Size size_;
+  std::size_t frames_ = 0, boxes_ = 0, outlines_ = 0;
 };
 
 }  // namespace dynfilter::tools

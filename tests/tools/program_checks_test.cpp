@@ -253,13 +253,37 @@ TEST(ProgramChecks, SpeakInRunAndAblateToo) {
   EXPECT_TRUE(summary.at("checks").contains("masks_everywhere"));
 }
 
+TEST(ProgramChecks, SpeakWhereMasksAreWrittenToo) {
+  const TemporaryFolder folder;
+  const auto said_of_masks = [&](const fs::path& scene, bool uses_depth) {
+    return succeed("masks " + quoted(scene) + (uses_depth ? " --refine" : "") +
+                   " --overwrite --format static --out " + quoted(folder / "out"));
+  };
+  for (const Variant& variant : scene_variants) {
+    const std::string check = variant.check;
+    if (check.rfind("masks_", 0) != 0 && check != "depth_shift") continue;
+    const fs::path scene = folder / "variant";
+    fs::remove_all(scene);
+    fs::copy(base(), scene, fs::copy_options::recursive);
+    variant.make(scene);
+    const bool needs_depth = check == "masks_elsewhere" || check == "depth_shift";
+    expect_mentions(said_of_masks(scene, needs_depth), check + ": ");
+  }
+  for (const bool uses_depth : {false, true}) {
+    const Outcome outcome = said_of_masks(base(), uses_depth);
+    for (const char* word : {"masks_", "depth_", "unchecked"}) EXPECT_FALSE(outcome.mentions(word));
+  }
+}
+
 TEST(ProgramChecks, StopARunAfterThirtyFramesIfNothingCanComeOfIt) {
   const TemporaryFolder folder;
   const fs::path scene = folder.path() / "scene", out = folder.path() / "out";
   succeed("synth " + quoted(scene) + " --frames 31 --width 160 --height 120");
   set_factor(scene, 1);
-  for (const std::string command : {"run ", "ablate --rules none,mask "}) {
-    const Outcome outcome = run(command + quoted(scene) + " --features 200 --out " + quoted(out));
+  for (const std::string command :
+       {"run --features 200 ", "ablate --features 200 --rules none,mask ",
+        "masks --format colmap --refine "}) {
+    const Outcome outcome = run(command + quoted(scene) + " --out " + quoted(out));
     EXPECT_EQ(outcome.exit_code, 1) << outcome.printed;
     expect_mentions(outcome, "depth_unit: ");
     expect_mentions(outcome, "(stopped after 30 frames; nothing was written)");

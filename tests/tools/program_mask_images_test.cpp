@@ -126,11 +126,71 @@ TEST_F(ProgramMaskImages, KeepTheImagesFolders) {
   std::ofstream(folder / "associations.txt") << rows;
   const Outcome outcome = masks("colmap", out("nested masks"), folder);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
-  expect_mentions(outcome, "--image_path " + (folder / "rgb").string() + " ");
+  expect_mentions(outcome, "--image_path " + quoted(folder / "rgb") + " ");
   for (std::size_t i = 0; i < 4; ++i) {
     const fs::path name = fs::path(below[i]) / (sequence.entry(i).stem + ".png.png");
     EXPECT_TRUE(fs::exists(out("nested masks") / name)) << name;
   }
+}
+
+TEST_F(ProgramMaskImages, KeepThePlainFoldersOfOneImageAndPrintACallToPaste) {
+  const fs::path folder = out("it's plain"), inside = fs::path("sub") / "a" / "b";
+  fs::create_directories(folder / inside);
+  const fs::path image = RgbdSequence(scene()).entry(0).image_path;
+  fs::copy(image, folder / inside / image.filename());
+  const std::string given = "colmap --masks " + quoted(scene() / "masks");
+  const Outcome outcome =
+      run("masks \"" + folder.string() + "\" --format " + given + " --out " + quoted(out("of it")));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(fs::exists(out("of it") / inside / (image.filename().string() + ".png")));
+  std::string call = outcome.printed.substr(outcome.printed.find("colmap feature_extractor"));
+  call.pop_back();  // the end of the line
+  EXPECT_EQ(run_in_shell("colmap() { printf '<%s>' \"$@\"; }; " + call).printed,
+            "<feature_extractor><--database_path><" + out("of it.db").string() +
+                "><--image_path><" + folder.string() + "><--ImageReader.mask_path><" +
+                out("of it").string() + ">");
+}
+
+TEST_F(ProgramMaskImages, AreMadeForEveryImage) {
+  const fs::path folder = copy_of_scene("some depth");
+  const RgbdSequence sequence(folder);
+  std::string rows;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const RgbdSequenceEntry& entry = sequence.entry(i);
+    rows += entry.stem + " rgb/" + entry.stem + ".png " + entry.stem + " depth/" +
+            entry.depth_path.filename().string() + "\n";
+  }
+  std::ofstream(folder / "associations.txt") << rows;
+  const Outcome outcome = masks("colmap --refine", out("of every"), folder);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  expect_mentions(outcome, "4 of 6 refined; 2 without depth have the masks as they are\n");
+  EXPECT_FALSE(outcome.mentions("further images"));
+  MaskFolderSegmenter source(folder / "masks");
+  for (std::size_t i = 4; i < 6; ++i) {
+    expect_pixels(out("of every") / (sequence.entry(i).stem + ".png.png"),
+                  255 - dynamic_pixels(source.segment(sequence.read(i))));
+  }
+  fs::create_directories(folder / "rgb" / "old");
+  fs::copy(sequence.entry(0).image_path, folder / "rgb" / "old" / "unlisted.png");
+  expect_mentions(masks("colmap", out("of all but one"), folder), "1 further images in ");
+  fs::rename(folder / "rgb" / "old" / "unlisted.png", folder / "rgb" / "unlisted.png");
+  expect_refused("colmap", out("nothing"), "1 of 7 images have none", folder);
+}
+
+TEST_F(ProgramMaskImages, OfBoxesAloneNeedDepth) {
+  const fs::path folder = copy_of_scene("boxes");
+  for (const auto& file : fs::directory_iterator(folder / "masks")) {
+    if (file.path().extension() == ".png") {
+      cv::imwrite(file.path().string(), cv::Mat(240, 320, CV_8UC1, cv::Scalar(0)));
+    }
+  }
+  for (const char* format : {"colmap", "static", "dynamic", "depth"}) {
+    expect_refused(format, out("boxes alone"), "--refine", folder);
+  }
+  expect_masks("dynamic --refine", out("from boxes"), folder);
+  EXPECT_GT(cv::countNonZero(cv::imread(
+                (out("from boxes") / (RgbdSequence(folder).entry(3).stem + ".png")).string(), 0)),
+            500);
 }
 
 TEST_F(ProgramMaskImages, OfOneNameAreRefused) {
@@ -157,7 +217,12 @@ TEST_F(ProgramMaskImages, NameWhatIsMissing) {
   const std::string stem = RgbdSequence(folder).entry(3).stem;
   fs::remove(folder / "masks" / (stem + ".png"));
   fs::remove(folder / "masks" / "instances.csv");  // it would miss the mask itself
-  expect_refused("static", out("nothing"), stem + ".png: there is no such mask", folder);
+  expect_refused("static", out("nothing"),
+                 stem + ".png: there is no such mask; 1 of 6 images have none", folder);
+  expect_refused("static", out("nothing"), "--missing-masks keep", folder);
+  expect_mentions(masks("static --missing-masks keep", out("kept"), folder),
+                  "1 of 6 images have no mask, and show nobody");
+  expect_pixels(out("kept") / (stem + ".png"), cv::Mat(240, 320, CV_8UC1, cv::Scalar(255)));
   fs::remove_all(folder / "masks");
   expect_refused("static", out("nothing"), "name masks (--masks) or a segmenter", folder);
   for (const char* file : {"depth.txt", "associations.txt"}) fs::remove(folder / file);

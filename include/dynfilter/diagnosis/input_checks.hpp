@@ -28,7 +28,7 @@ struct InputChecksOptions {
   std::size_t wanted_features = 0;                ///< asked for in each frame; 0 = unknown
   std::size_t map_features = 0;                   ///< that the host's map begins with; 0 = any
   bool moves_masks = false;                       ///< late masks are moved to the frame
-  std::string depth_setting = "metres_per_unit";  ///< sets the unit of depth
+  std::string depth_setting = "metres_per_unit";  ///< sets depth's unit; empty: none is expected
   std::string features_setting = "their number";  ///< sets wanted_features
   std::string masks_setting;                      ///< gives masks; empty: none are expected
   std::string images_setting;                     ///< needs images; empty: none does

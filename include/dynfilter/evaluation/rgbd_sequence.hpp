@@ -32,6 +32,8 @@ struct RgbdSequenceOptions {
   /// Whether a missing camera file is an error where there is depth. Without one, SequenceCamera
   /// are all 0 and 16-bit depth has no metres_per_unit.
   bool needs_camera = true;
+  /// Whether images without depth are frames, too: listed ones, and those beside them.
+  bool keeps_unpaired = false;
 };
 
 /// One frame of a sequence, not decoded.
@@ -81,8 +83,8 @@ class RgbdSequence {
   FrameView read(std::size_t i) const;
 
   /// Returns the times of frames by the names of their images: MaskFolderOptions::frame_times.
-  /// Leaves out names that occur twice.
-  std::map<std::string, double> times_by_stem() const;
+  /// Has the listed images without depth, too; leaves out names that occur twice.
+  const std::map<std::string, double>& times_by_stem() const { return times_by_stem_; }
 
   /// Camera of the sequence.
   const SequenceCamera& camera() const { return camera_; }
@@ -90,6 +92,8 @@ class RgbdSequence {
   const std::filesystem::path& folder() const { return folder_; }
   /// Offset that the frames were paired with, seconds.
   double depth_offset_s() const { return depth_offset_s_; }
+  /// Number of listed images without a depth image, where there is depth.
+  std::size_t unpaired() const { return unpaired_; }
   /// Whether the frames have depth.
   bool has_depth() const { return has_depth_; }
 
@@ -110,7 +114,9 @@ class RgbdSequence {
 
   std::filesystem::path folder_;
   bool has_depth_ = false;
+  std::size_t unpaired_ = 0;
   std::vector<RgbdSequenceEntry> entries_;
+  std::map<std::string, double> times_by_stem_;
   std::filesystem::path camera_file_;
   SequenceCamera camera_;
   double depth_offset_s_ = 0;
