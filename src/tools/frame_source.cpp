@@ -115,6 +115,11 @@ class Recording final : public FrameSource {
                        " is not used: neither associations.txt nor depth.txt lists its images";
       }
     }
+    if (sequence_.unpaired() > 0) {
+      facts_.note =
+          detail::concatenate(sequence_.unpaired(), " of ", sequence_.unpaired() + sequence_.size(),
+                              " images have no depth at their time, and are left out");
+    }
     if (const auto file = sequence_.groundtruth_file()) {
       TrajectoryFile read = read_trajectory_file(*file);
       const std::string flaws = trajectory_note(*file, read.flaws);
