@@ -71,9 +71,10 @@ class Connection {
 
   bool is_usable() { return is_of_this_process() && read_news() != State::over; }
 
-  /// Waits until it is connected; false if no process listens.
-  bool connect(Clock::time_point deadline) {
-    while (read_news() == State::connecting) wait(deadline, "time is up");
+  /// Waits until it is connected; false if no process listens. Fails with these words at the
+  /// deadline.
+  bool connect(Clock::time_point deadline, const char* late) {
+    while (read_news() == State::connecting) wait(deadline, late);
     return state_ == State::open;
   }
 
@@ -214,11 +215,12 @@ class RemoteSegmenter::Channel {
     // The other side may have left since the last call, and returned.
     if (connection_ && !connection_->is_usable()) drop_connection();
     if (!connection_) connection_ = std::make_unique<Connection>(endpoint_);
-    while (!connection_->connect(deadline)) {
+    const char* const nobody = "no process listens there; is the server started with this address?";
+    const char* late = "time is up";
+    while (!connection_->connect(deadline, late)) {
+      late = nobody;
       const auto now = Clock::now();
-      if (options_.retry_interval_s == 0 || now >= deadline) {
-        throw Failure("no process listens there; is the server started with this address?", false);
-      }
+      if (options_.retry_interval_s == 0 || now >= deadline) throw Failure(nobody, false);
       std::this_thread::sleep_until(std::min(deadline, now + seconds(options_.retry_interval_s)));
       connection_ = std::make_unique<Connection>(endpoint_);
     }

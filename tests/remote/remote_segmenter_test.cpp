@@ -127,7 +127,7 @@ TEST_F(RemoteSegmenterTest, SaysThatNobodyListensOrAnswersUntilSomebodyDoes) {
   RemoteSegmenter asks_it(silent.get(zmq::sockopt::last_endpoint), options_of(0.05));
   expect_fails(asks_it, frame_of(1), "time is up");
   for (const double retry_interval_s : {0.0, 0.001}) {
-    RemoteSegmenter people(path, options_of(retry_interval_s > 0 ? 0.02 : 120, retry_interval_s));
+    RemoteSegmenter people(path, options_of(retry_interval_s > 0 ? 0.5 : 120, retry_interval_s));
     expect_fails(people, frame_of(1, 4), path + ": no masks of frame 4 within ");
     expect_fails(people, frame_of(1), "no process listens there; is the server started");
     RemoteSegmenter patient(path, options_of(120, 0.001));
