@@ -198,7 +198,7 @@ budget() {
         ;;
       words) found=$(git ls-files -- "$where" | xargs cat | wc -w) ;;
       options) found=$(option_fields) ;;
-      settings) found=$(grep -rhoE 'file\.(read_[a-z]+|has)\("[a-z_.]+"' "$where" | cut -d'"' -f2 | sort -u | wc -l) ;;
+      settings) found=$(grep -rhoE 'keys\.(text|flag|choice|number|count|integers)\("[a-z_.]+"' "$where" | cut -d'"' -f2 | sort -u | wc -l) ;;
       *) continue ;;
     esac
     printf '%-8s %-24s %6d of %6d\n' "$kind" "$where" "$found" "$limit"
