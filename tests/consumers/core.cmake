@@ -7,6 +7,7 @@ configure_command(configure ${SOURCE_DIR} ${folder}/build)
 set(without_eigen -DCMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON)
 run(output ${configure} ${without_eigen} -DDYNFILTER_BUILD_SEGMENTERS=OFF
     -DDYNFILTER_BUILD_MOTION=OFF -DDYNFILTER_BUILD_NETWORKS=OFF -DDYNFILTER_BUILD_EVALUATION=OFF
+    -DDYNFILTER_BUILD_REMOTE=OFF
     -DDYNFILTER_BUILD_TESTS=OFF -DDYNFILTER_BUILD_EXAMPLES=OFF)
 run(output ${CMAKE_COMMAND} --build ${folder}/build)
 expect_compiled(2 ${folder}/build)

@@ -4,7 +4,7 @@ include(${CMAKE_CURRENT_LIST_DIR}/helpers.cmake)
 
 fresh_folder(folder subdirectory)
 build_and_run(${CONSUMERS_DIR}/subdirectory ${folder}/build -DDYNFILTER_SOURCE_DIR=${SOURCE_DIR})
-expect_compiled(2 ${folder}/build)
+expect_compiled(3 ${folder}/build)
 run(output ${CMAKE_COMMAND} --install ${folder}/build --prefix ${folder}/prefix)
 file(GLOB_RECURSE installed RELATIVE ${folder}/prefix ${folder}/prefix/*)
 if(NOT installed STREQUAL "bin/consumer")
