@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "diagnosis/input_summary.hpp"
@@ -24,14 +25,108 @@ using detail::size_name;
 using Finding = std::optional<InputFinding>;
 using Summary = detail::InputSummary;
 
+/// What each check says; parts take the place of each {}.
+constexpr struct {
+  const char *check, *text;
+} sentences[] = {
+    {"camera_size",
+     "the camera (fx {}, fy {}, cx {}, cy {}) does not fit images of {}: take the one that "
+     "recorded them, at this size"},
+    {"times", "frames are {} s apart: are their times {}? Give seconds"},
+    {"image_size",
+     "frames of {} pixels come with an image, depth or mask of {}: all need one size"},
+    {"images_missing",
+     "none of {} frames had an image, which {} needs: call submit() with each image before the "
+     "frame is filtered"},
+    {"image_range",
+     "images use {} of 255 greys, up to {}, so that few features are found: scale the greys to the "
+     "whole range (16-bit files of 10 to 14 bits need a factor), or add light"},
+    {"image_frozen",
+     "{} of the images are those of the frame before: write each of the camera's images once"},
+    {"depth_empty", "{} of each depth image is empty: write 16 bits, or float in metres"},
+    {"depth_steps",
+     "depth comes in steps of {} of it: was it rounded, to whole metres? Write millimetres, or "
+     "float in metres"},
+    {"depth_unit", "depth is too {}: its median is {} m{}; set {} to {} for TUM and BONN"},
+    {"depth_one_value",
+     "the value {} holds over 5 % of each depth image: if it means \"no depth\", write 0 in its "
+     "place"},
+    {"depth_frozen",
+     "{} of the depth images are those of the frame before, while images change: give each image "
+     "its own depth"},
+    {"depth_inverted",
+     "people lie behind what surrounds them: is it disparity? Write depth, focal length x baseline "
+     "/ disparity"},
+    {"depth_late",
+     "depth is {} by {} frames, so that people leave features behind: pair the images anew: "
+     "--depth-offset {}, for a SLAM program `dynfilter sync SEQUENCE --write FILE`"},
+    {"masks_missing",
+     "none of {} frames had masks, so that {}: does {} give this recording's, for the times of its "
+     "frames?"},
+    {"masks_everywhere",
+     "masks cover {} of the image and {} of its border: are they inverted, or maps of classes? "
+     "Pixels on people are not 0, all others are"},
+    {"masks_soft",
+     "masks hold {} shades of grey, and each but 0 counts as a person: threshold them at half, and "
+     "save them as PNG"},
+    {"masks_values",
+     "masks hold the values {}, and each but 0 counts as a person: if they are classes, or one "
+     "means \"ignore\", keep people alone, or write instances.csv"},
+    {"masks_empty",
+     "the masks of {} frames mark nobody, so that nothing is removed: is nobody there?"},
+    {"masks_classes",
+     "no instance is of a dynamic class ({}); the masks hold {} {}: see --classes; ids count from "
+     "0, person is 0"},
+    {"masks_boxes",
+     "masks are filled boxes, so that what is around people is removed, too: give outlines, or "
+     "boxes without masks"},
+    {"masks_frozen",
+     "{} of the masks are those of the frame before, while images change: make masks of each "
+     "image"},
+    {"masks_age",
+     "masks are {} s old, and people have moved since: take a faster segmenter, or move late masks "
+     "(--rule depth_moved, in a host dynfilter.propagate); if the age is wrong, give masks the "
+     "time of their image, as in the column mask_time of instances.csv"},
+    {"depth_shift",
+     "people's depth lies {} px to the {} of their masks and {} px {}, at a width of 640: register "
+     "depth to the images; or are the masks of other frames?"},
+    {"masks_elsewhere",
+     "masks lie {} px beside the people, at a width of 640: are they mirrored, or of other "
+     "frames?"},
+    {"masks_small",
+     "people reach {} px beyond their masks, at a width of 640: take a larger network, a lower "
+     "threshold, or a margin of so much"},
+    {"depth_rim",
+     "depth never reaches the outer {} of the image's {}, where masks act alone: take a wider "
+     "depth mode, or crop images, masks and depth"},
+    {"features_without_depth",
+     "{} of the features have no depth: is it registered to the images, and the scene within the "
+     "sensor's reach?"},
+    {"people_without_depth",
+     "{} of the features on people have no depth, so that masks act alone there: take a depth mode "
+     "that fills people, or a margin"},
+    {"motion", "motion judged nothing in {} frames: {}{}"},
+    {"features_few",
+     "only {} of {} features are found in an image: it is blurred, dark, plain or small. Mend "
+     "that, or lower the extractor's threshold"},
+    {"features_left",
+     "{} of the frames keep fewer than {} features, because people cover them: set {} to {}"},
+    {"map_start",
+     "the host has not begun a map, because none of the first {} frames kept the {} features that "
+     "it needs (the best kept {}): set {} to {}"},
+};
+
 constexpr double max_missing =
     0.98;  // share of places or frames; a larger one overlooks what is hopeless
 constexpr double max_without_depth = 0.55;  // share of features; in recordings 0.43, in levels 0.47
 
-/// Returns a finding whose sentence has the parts in place of each {}.
 template <class... Parts>
-InputFinding say(const char* check, std::string sentence, const Parts&... parts) {
-  std::size_t at = 0;
+InputFinding say(const char* check, const Parts&... parts) {
+  std::string sentence =
+      std::find_if(std::begin(sentences), std::end(sentences), [&](const auto& one) {
+        return std::string(check) == one.check;
+      })->text;
+  [[maybe_unused]] std::size_t at = 0;
   [[maybe_unused]] const auto fill = [&](const std::string& part) {
     at = sentence.find("{}", at);
     sentence.replace(at, 2, part);
@@ -68,6 +163,10 @@ std::string list(const Numbers& numbers) {
 /// Crowds cover 0.54 of the image and 0.33 of its border.
 bool are_masks_odd(const Summary& s) { return s.covered() > 0.75 || s.border() > 0.6; }
 
+/// Tells whether images are too dim for their features to tell anything. 12 bits in a 16-bit file
+/// leave 16 greys, 14 bits 64; recordings have 190 and more, levels 127.
+bool are_images_dim(const Summary& s) { return s.grey_range(0.9) < 64; }
+
 Finding camera_is_wrong(const Summary& s) {
   const double width = s.size.width, height = s.size.height;
   const double fx = s.camera.fx, fy = s.camera.fy, cx = s.camera.cx, cy = s.camera.cy;
@@ -75,10 +174,7 @@ Finding camera_is_wrong(const Summary& s) {
                         std::abs(cy - height / 2) < height / 5 && fx > 0.3 * width &&
                         fx < 4 * width && std::abs(fx / fy - 1) < 0.1;
   if (!(fx > 0) || s.size.empty() || is_usual) return {};
-  return say("camera_size",
-             "the camera (fx {}, fy {}, cx {}, cy {}) does not fit images of {}: take the one that "
-             "recorded them, at this size",
-             fx, fy, cx, cy, size_name(s.size));
+  return say("camera_size", fx, fy, cx, cy, size_name(s.size));
 }
 
 Finding times_are_wrong(const Summary& s) {
@@ -88,40 +184,20 @@ Finding times_are_wrong(const Summary& s) {
                            : period_s > 1e3  ? "microseconds"
                            : period_s > 1.01 ? "milliseconds"
                                              : "indices";
-  return say("times", "frames are {} s apart: are their times {}? Give seconds", rounded(period_s),
-             unit);
+  return say("times", rounded(period_s), unit);
 }
 
-/// 12 bits in a 16-bit file leave 16 greys, 14 bits 64; recordings have 190 and more, levels 127.
 /// The noise of a camera makes each image another.
 Finding images_are_wrong(const Summary& s) {
   const std::string& setting = s.options.images_setting;
-  if (!s.other_size.empty()) {
-    return say("image_size",
-               "frames of {} pixels come with an image, depth or mask of {}: all need one size",
-               size_name(s.size), s.other_size);
-  }
-  if (s.is_none(s.with_image) && !setting.empty()) {
-    return say("images_missing",
-               "none of {} frames had an image, which {} needs: call submit() with each image "
-               "before the frame is filtered",
-               s.frames, setting);
-  }
   const double repeated = s.share_of_pairs(s.repeated_images), range = s.grey_range(0.9);
-  if (range < 64) {
-    return hopeless_if(
-        range < 6.4,
-        say("image_range",
-            "images use {} of 255 greys, up to {}, so that few features are found: scale the greys "
-            "to the whole range (16-bit files of 10 to 14 bits need a factor), or add light",
-            range, s.brightest(0.9)));
-  }
-  if (!(repeated > 0.3)) return {};
-  return hopeless_if(
-      repeated > max_missing,
-      say("image_frozen",
-          "{} of the images are those of the frame before: write each of the camera's images once",
-          percent(repeated)));
+  if (!s.other_size.empty()) return say("image_size", size_name(s.size), s.other_size);
+  if (s.is_none(s.with_image) && !setting.empty()) return say("images_missing", s.frames, setting);
+  if (are_images_dim(s))
+    return hopeless_if(range < 6.4, say("image_range", range, s.brightest(0.9)));
+  if (repeated > 0.3)
+    return hopeless_if(repeated > max_missing, say("image_frozen", percent(repeated)));
+  return {};
 }
 
 /// No sensor sees nearer than 0.2 m, and few scenes are deeper than 40 m; a street's median is
@@ -140,8 +216,7 @@ Finding unit_is_wrong(const Summary& s) {
   const bool is_factor = s.options.depth_setting == InputChecksOptions().depth_setting;
   return hopeless_if(
       median_m < 0.02 || median_m > 80,
-      say("depth_unit", "depth is too {}: its median is {} m{}; set {} to {} for TUM and BONN",
-          is_small ? "small" : "large", rounded(median_m),
+      say("depth_unit", is_small ? "small" : "large", rounded(median_m),
           has_people ? concatenate(", and people are ", rounded(people_m), " m wide") : "",
           s.options.depth_setting,
           is_factor ? "1/1000 for millimetres, 1/5000"
@@ -158,44 +233,20 @@ Finding depth_is_late(const Summary& s) {
   const auto rise = std::minmax({px.front() - lowest, px.back() - lowest});
   if (!(rise.first > 0.15 * rise.second && std::abs(late) - 2 * sigma > detail::max_frames_late))
     return {};
-  return say("depth_late",
-             "depth is {} by {} frames, so that people leave features behind: pair the images "
-             "anew: --depth-offset {}, for a SLAM program `dynfilter sync SEQUENCE --write FILE`",
-             late < 0 ? "early" : "late", rounded(std::abs(late)),
+  return say("depth_late", late < 0 ? "early" : "late", rounded(std::abs(late)),
              std::round(seconds * 1000) / 1000);
 }
 
 /// A Kinect's depths are 0.023 of them apart at 8 m. What surrounds people is behind them.
 Finding depth_is_wrong(const Summary& s) {
-  if (s.missing() > max_missing) {
-    return say("depth_empty", "{} of each depth image is empty: write 16 bits, or float in metres",
-               percent(s.missing()));
-  }
-  if (s.step() > 0.03) {
-    return say("depth_steps",
-               "depth comes in steps of {} of it: was it rounded, to whole metres? Write "
-               "millimetres, or float in metres",
-               percent(s.step()));
-  }
+  const double repeated = s.share_of_pairs(s.repeated_depths);
+  if (s.missing() > max_missing) return say("depth_empty", percent(s.missing()));
+  if (s.step() > 0.03) return say("depth_steps", percent(s.step()));
   if (const Finding unit = unit_is_wrong(s)) return unit;
-  if (s.one_value() > 0 && s.one_value(0.4) == s.one_value()) {
-    return say("depth_one_value",
-               "the value {} holds over 5 % of each depth image: if it means \"no depth\", write 0 "
-               "in its place",
-               s.one_value());
-  }
-  if (const double share = s.share_of_pairs(s.repeated_depths);
-      share > 0.3 && !images_are_wrong(s)) {
-    return say("depth_frozen",
-               "{} of the depth images are those of the frame before, while images change: give "
-               "each image its own depth",
-               percent(share));
-  }
-  if (s.nearer() > 0.8 && !are_masks_odd(s)) {
-    return say("depth_inverted",
-               "people lie behind what surrounds them: is it disparity? Write depth, focal length "
-               "x baseline / disparity");
-  }
+  if (s.one_value() > 0 && s.one_value(0.4) == s.one_value())
+    return say("depth_one_value", s.one_value());
+  if (repeated > 0.3 && !images_are_wrong(s)) return say("depth_frozen", percent(repeated));
+  if (s.nearer() > 0.8 && !are_masks_odd(s)) return say("depth_inverted");
   return depth_is_late(s);
 }
 
@@ -204,141 +255,81 @@ Finding depth_is_wrong(const Summary& s) {
 Finding values_are_wrong(const Summary& s) {
   const auto count = static_cast<int>(s.mask_values.size());
   if (count < 2 || (s.mask_values.back() == count && count <= 100)) return {};
-  if (count > 16)
-    return say("masks_soft",
-               "masks hold {} shades of grey, and each but 0 counts as a person: threshold them at "
-               "half, and save them as PNG",
-               count);
-  return say("masks_values",
-             "masks hold the values {}, and each but 0 counts as a person: if they are classes, or "
-             "one means \"ignore\", keep people alone, or write instances.csv",
-             list(s.mask_values));
+  return count > 16 ? say("masks_soft", count) : say("masks_values", list(s.mask_values));
 }
 
 /// People fill 0.4 to 0.8 of the boxes around them. Masks of who sits may repeat.
 Finding masks_are_wrong(const Summary& s) {
   const std::string& setting = s.options.masks_setting;
+  const double repeated = s.share_of_pairs(s.repeated_masks);
   if (s.is_none(s.with_masks) && !setting.empty()) {
-    return say(
-        "masks_missing",
-        "none of {} frames had masks, so that {}: does {} give this recording's, for the times of "
-        "its frames?",
-        s.frames,
-        s.removes_elsewhere ? "only motion or static_mask removed features" : "nothing was removed",
-        setting);
+    const bool removes = s.removes_elsewhere;
+    return say("masks_missing", s.frames,
+               removes ? "only motion or static_mask removed features" : "nothing was removed",
+               setting);
   }
-  if (are_masks_odd(s)) {
+  if (are_masks_odd(s))
     return hopeless_if(s.covered() > max_missing,
-                       say("masks_everywhere",
-                           "masks cover {} of the image and {} of its border: are they inverted, "
-                           "or maps of classes? Pixels on people are not 0, all others are",
-                           percent(s.covered()), percent(s.border())));
-  }
+                       say("masks_everywhere", percent(s.covered()), percent(s.border())));
   if (const Finding values = values_are_wrong(s)) return values;
-  if (s.classes.empty() && s.is_none(s.frames - s.with_masks)) {
-    return say("masks_empty",
-               "the masks of {} frames mark nobody, so that nothing is removed: is nobody there?",
-               s.frames);
-  }
+  if (s.classes.empty() && s.is_none(s.frames - s.with_masks)) return say("masks_empty", s.frames);
   if (!s.classes.empty() && !s.has_dynamic) {
-    return say("masks_classes",
-               "no instance is of a dynamic class ({}); the masks hold {} {}: see --classes; ids "
-               "count from 0, person is 0",
-               list(s.options.dynamic_classes), s.classes.size() == 1 ? "class" : "classes",
-               list(s.classes));
+    return say("masks_classes", list(s.options.dynamic_classes),
+               s.classes.size() == 1 ? "class" : "classes", list(s.classes));
   }
-  if (s.filled() > 0.97) {
-    return say("masks_boxes",
-               "masks are filled boxes, so that what is around people is removed, too: give "
-               "outlines, or boxes without masks");
-  }
-  if (const double share = s.share_of_pairs(s.repeated_masks);
-      share > 0.8 && !images_are_wrong(s)) {
-    return say("masks_frozen",
-               "{} of the masks are those of the frame before, while images change: make masks of "
-               "each image",
-               percent(share));
-  }
+  if (s.filled() > 0.97) return say("masks_boxes");
+  if (repeated > 0.8 && !images_are_wrong(s)) return say("masks_frozen", percent(repeated));
   return {};
 }
 
 Finding masks_are_old(const Summary& s) {
-  const double age_s = s.age_s();
-  if (!(age_s > 0.05) || s.options.moves_masks) return {};
-  return say("masks_age",
-             "masks are {} s old, and people have moved since: take a faster segmenter, or move "
-             "late masks (--rule depth_moved, in a host dynfilter.propagate); if the age is wrong, "
-             "give masks the time of their image, as in the column mask_time of instances.csv",
-             rounded(age_s));
+  if (!(s.age_s() > 0.05) || s.options.moves_masks) return {};
+  return say("masks_age", rounded(s.age_s()));
 }
 
 /// The search is 4 px coarse. Depth that is not registered is shifted alike in all frames.
 Finding people_are_apart(const Summary& s) {
   const double x = s.shift_x(), y = s.shift_y(), apart = s.distance();
   if (!(apart > 10) || s.age_s() > 0.05 || depth_is_wrong(s) || masks_are_wrong(s)) return {};
-  if (std::hypot(x, y / 2) > 0.7 * apart && s.fit() > 0.75) {
-    return say("depth_shift",
-               "people's depth lies {} px to the {} of their masks and {} px {}, at a width of "
-               "640: register depth to the images; or are the masks of other frames?",
-               std::abs(x), x < 0 ? "left" : "right", std::abs(y), y < 0 ? "above" : "below");
-  }
-  return say("masks_elsewhere",
-             "masks lie {} px beside the people, at a width of 640: are they mirrored, or of other "
-             "frames?",
-             rounded(apart));
+  if (!(std::hypot(x, y / 2) > 0.7 * apart && s.fit() > 0.75))
+    return say("masks_elsewhere", rounded(apart));
+  return say("depth_shift", std::abs(x), x < 0 ? "left" : "right", std::abs(y),
+             y < 0 ? "above" : "below");
 }
 
 /// Networks' masks are 4 px coarse.
 Finding masks_are_small(const Summary& s) {
   if (!(s.gap_px() > 8) || are_masks_odd(s)) return {};
-  return say("masks_small",
-             "people reach {} px beyond their masks, at a width of 640: take a larger network, a "
-             "lower threshold, or a margin of so much",
-             rounded(s.gap_px()));
+  return say("masks_small", rounded(s.gap_px()));
 }
 
 /// A Kinect lacks depth in 0.08 of the width.
 Finding depth_has_a_rim(const Summary& s) {
   const double sides = 1 - s.with_depth_at.width, ends = 1 - s.with_depth_at.height;
   if (!(s.depth_m() > 0) || std::max(sides, ends) <= 0.15) return {};
-  return say("depth_rim",
-             "depth never reaches the outer {} of the image's {}, where masks act alone: take a "
-             "wider depth mode, or crop images, masks and depth",
-             percent(std::max(sides, ends)), sides > ends ? "width" : "height");
+  return say("depth_rim", percent(std::max(sides, ends)), sides > ends ? "width" : "height");
 }
 
 /// In recordings, 0.18 of the features on people have no depth, in levels 0.24.
 Finding features_lack_depth(const Summary& s) {
   const double without = s.without_depth(), hollow = s.hollow / std::max(1.0, s.on_people);
-  if (without > max_without_depth && !(s.missing() > max_missing)) {
-    return say("features_without_depth",
-               "{} of the features have no depth: is it registered to the images, and the scene "
-               "within the sensor's reach?",
-               percent(without));
-  }
+  if (without > max_without_depth && !(s.missing() > max_missing))
+    return say("features_without_depth", percent(without));
   const bool is_hollow =
       without <= max_without_depth && hollow > 0.3 && s.on_people > double{min_kept};
   if (!is_hollow || masks_are_wrong(s) || people_are_apart(s)) return {};
-  return say("people_without_depth",
-             "{} of the features on people have no depth, so that masks act alone there: take a "
-             "depth mode that fills people, or a margin",
-             percent(hollow));
+  return say("people_without_depth", percent(hollow));
 }
 
 Finding motion_is_idle(const Summary& s) {
   if (!s.is_none(s.judged) || s.motion == MotionOutcome::not_run) return {};
-  return say("motion", "motion judged nothing in {} frames: {}{}", s.frames,
-             detail::name_of(s.motion),
+  return say("motion", s.frames, detail::name_of(s.motion),
              s.with_depth == s.frames ? "" : ". It needs a depth image with each frame");
 }
 
 Finding features_are_few(const Summary& s) {
-  const double found = s.features(), wanted = s.wanted();
-  if (!(found < 0.5 * wanted) || are_masks_odd(s) || s.grey_range(0.9) < 64) return {};
-  return say("features_few",
-             "only {} of {} features are found in an image: it is blurred, dark, plain or small. "
-             "Mend that, or lower the extractor's threshold",
-             found, wanted);
+  if (!(s.features() < 0.5 * s.wanted()) || are_masks_odd(s) || are_images_dim(s)) return {};
+  return say("features_few", s.features(), s.wanted());
 }
 
 /// Returns how many features to ask for: more than were, whatever the statistics suggest. 0: more
@@ -346,7 +337,7 @@ Finding features_are_few(const Summary& s) {
 /// sufficed in all sequences that were measured, and come first.
 double more_features(const Summary& s) {
   constexpr double for_maps = 2000;
-  if (are_masks_odd(s) || features_are_few(s) || s.grey_range(0.9) < 64) return 0;
+  if (are_masks_odd(s) || features_are_few(s) || are_images_dim(s)) return 0;
   if (s.options.map_features > 0 && s.wanted() < for_maps) return for_maps;
   return 100 * std::ceil(std::max({s.suggested, s.features() + 1, s.wanted() + 1}) / 100);
 }
@@ -354,10 +345,8 @@ double more_features(const Summary& s) {
 Finding features_are_starved(const Summary& s) {
   const double share = s.starved / static_cast<double>(s.frames);
   if (!s.has_enough() || share <= 0.1 || more_features(s) == 0) return {};
-  return say(
-      "features_left",
-      "{} of the frames keep fewer than {} features, because people cover them: set {} to {}",
-      percent(share), min_kept, s.options.features_setting, more_features(s));
+  return say("features_left", percent(share), min_kept, s.options.features_setting,
+             more_features(s));
 }
 
 /// A map without depth begins with fewer.
@@ -365,10 +354,8 @@ Finding map_cannot_start(const Summary& s) {
   const auto needed = static_cast<double>(s.options.map_features);
   const bool has_depth = s.has_enough() && s.with_depth == s.frames;
   if (!has_depth || s.most_kept >= needed || more_features(s) == 0) return {};
-  return say("map_start",
-             "the host has not begun a map, because none of the first {} frames kept the {} "
-             "features that it needs (the best kept {}): set {} to {}",
-             s.frames, needed, s.most_kept, s.options.features_setting, more_features(s));
+  return say("map_start", s.frames, needed, s.most_kept, s.options.features_setting,
+             more_features(s));
 }
 
 constexpr Finding (*checks[])(const Summary&) = {
