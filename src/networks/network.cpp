@@ -9,11 +9,14 @@
 #include <exception>
 #include <iterator>
 #include <locale>
+#include <memory>
 #include <new>
 #include <sstream>
 
 #include <opencv2/core/version.hpp>
+#include <opencv2/dnn/layer.hpp>
 
+#include "deformable_convolution.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "io/file_error.hpp"
 
@@ -40,6 +43,21 @@ bool may_be_exported_yolo(const OnnxFile& file) {
 constexpr bool opencv_runs_exported_yolo = CV_VERSION_MAJOR > 4 ||
                                            (CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR >= 7);
 
+/// Layers that OpenCV lacks, as exporters call them, with their ONNX domains.
+constexpr const char* deformable_layers[] = {
+    "DCNv2", "DeformConv", "mmcv.MMCVModulatedDeformConv2d", "mmdeploy.MMCVModulatedDeformConv2d"};
+
+/// Loads a network, which keeps its layers. OpenCV forgets their types again.
+cv::dnn::Net loaded(const std::vector<char>& bytes) {
+  for (const char* type : deformable_layers) {
+    cv::dnn::LayerFactory::registerLayer(type, make_deformable_convolution);
+  }
+  const std::shared_ptr<void> forget(nullptr, [](void*) {
+    for (const char* type : deformable_layers) cv::dnn::LayerFactory::unregisterLayer(type);
+  });
+  return cv::dnn::readNetFromONNX(bytes.data(), bytes.size());
+}
+
 }  // namespace
 
 std::vector<double> numbers_in(std::string text) {
@@ -55,7 +73,7 @@ Network::Network(const std::filesystem::path& path, const NetworkOptions& option
     : path_(path), file_(read_onnx_file(path)) {
   find_input(options.input_size);
   try {
-    net_ = cv::dnn::readNetFromONNX(file_.bytes.data(), file_.bytes.size());
+    net_ = loaded(file_.bytes);
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {

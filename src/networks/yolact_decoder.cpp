@@ -184,25 +184,27 @@ cv::Mat yolact_priors(int count, const cv::Size& input) {
   const std::array<cv::Size, levels> maps = feature_maps(input);
   int cells = 0;
   for (const cv::Size& map : maps) cells += map.area();
-  const int wanted = 3 * cells;
-  if (count != wanted) {
-    throw std::runtime_error(concatenate("it has ", count, " priors; YOLACT has ", wanted,
-                                         " for an input of ", size_name(input),
-                                         "; export the priors as an output"));
+  const bool is_plus = count == 9 * cells;  // YOLACT++ has three scales a level
+  if (count != 3 * cells && !is_plus) {
+    throw std::runtime_error(concatenate("it has ", count, " priors; YOLACT has ", 3 * cells,
+                                         ", YOLACT++ ", 9 * cells, " for an input of ",
+                                         size_name(input), "; export the priors as an output"));
   }
   cv::Mat priors(count, 4, CV_32F);
   int row = 0;
   for (std::size_t level = 0; level < maps.size(); ++level) {
     const cv::Size& map = maps[level];
     const double scale = scale_at(level, input.width);
-    for (int cell = 0; cell < map.area(); ++cell) {
-      for (const double ratio : aspect_ratios) {
-        const auto side = static_cast<float>(scale * std::sqrt(ratio) / input.width);
-        float* prior = priors.ptr<float>(row++);
-        prior[0] = static_cast<float>((cell % map.width + 0.5) / map.width);
-        prior[1] = static_cast<float>((cell / map.width + 0.5) / map.height);
-        prior[2] = prior[3] = side;  // YOLACT was trained with squares, by a bug, and keeps them
-      }
+    for (int i = 0; i < count / cells * map.area(); ++i) {
+      const int cell = i / (count / cells), kind = i % (count / cells);
+      const double ratio = aspect_ratios[static_cast<std::size_t>(kind % 3)];
+      const double side = scale * std::exp2(kind / 3 / 3.0) * std::sqrt(ratio) / input.width;
+      float* prior = priors.ptr<float>(row++);
+      prior[0] = static_cast<float>((cell % map.width + 0.5) / map.width);
+      prior[1] = static_cast<float>((cell / map.width + 0.5) / map.height);
+      prior[2] = static_cast<float>(side);
+      // YOLACT was trained with squares, by a bug, and keeps them; YOLACT++ was not.
+      prior[3] = static_cast<float>(is_plus ? side / ratio : side);
     }
   }
   return priors;

@@ -113,11 +113,11 @@ def yolo_heads(graph):
     return levels
 
 
-def prototypes(graph, red=(40.0, -20.0), blue=(40.0, -20.0)):
+def prototypes(graph, red=(40.0, -20.0), blue=(40.0, -20.0), source="images"):
     """Above 0 on red (the first) or blue (the last); coefficients tell which."""
     weights = np.zeros((PROTOTYPES, 3))
     weights[0][0], weights[3][2] = red[0], blue[0]
-    return graph.mean_over_cells(4, weights, [red[1], 0, 0, blue[1]])
+    return graph.mean_over_cells(4, weights, [red[1], 0, 0, blue[1]], source)
 
 
 def joined(graph, heads, channels):
@@ -289,8 +289,35 @@ def normalized(sharpness, offset, mean, deviation):
     return sharpness * deviation / 255, sharpness * mean / 255 + offset
 
 
-def yolact(folder, name, priors_per_cell=3, softmax=True, channels_last=True, priors=None):
+def shifted(graph, operator, domain=""):
+    """The image as a deformable convolution reads it 32 pixels to the right of each pixel."""
+    attributes = {"stride": 1, "padding": 1, "dilation": 1, "deformable_group": 1}
+    if operator == "DeformConv":  # of ONNX
+        graph.opset = 19
+        attributes = {"strides": [1, 1], "pads": [1] * 4, "dilations": [1, 1], "offset_group": 1}
+    if domain:
+        graph.domains = [domain]
+        attributes["domain"] = domain
+
+    def same_everywhere(values):
+        zeros = graph.constant(np.zeros((len(values), 3, 1, 1)))
+        return graph.node("Conv", ["images", zeros, graph.constant(values)], kernel_shape=[1, 1])
+
+    offsets = same_everywhere([0, 32] * 9)
+    weights = graph.node("Sigmoid", [same_everywhere([0] * 9)])  # a half
+    kernels = np.zeros((3, 3, 3, 3))
+    kernels[range(3), range(3), 1, 1] = 2
+    kernels, biases = graph.constant(kernels), graph.constant(np.zeros(3))
+    inputs = ["images", offsets, weights, kernels, biases]
+    if operator == "DeformConv":
+        inputs = ["images", kernels, offsets, biases, weights]
+    return graph.node(operator, inputs, **attributes)
+
+
+def yolact(folder, name, priors_per_cell=3, softmax=True, channels_last=True, priors=None,
+           deformable=None):  # fmt: skip
     graph = Graph()
+    source = shifted(graph, *deformable) if deformable else "images"
     red = normalized(40.0, -20.0, MEAN_RED, DEVIATION_RED)
     blue = normalized(40.0, -20.0, MEAN_BLUE, DEVIATION_BLUE)
     rows = priors_per_cell * sum(side**2 for _, side in MAPS)
@@ -313,7 +340,7 @@ def yolact(folder, name, priors_per_cell=3, softmax=True, channels_last=True, pr
             ("conf", 3, weights.reshape(-1, 3), confidences),
             ("mask", PROTOTYPES, mask_weights.reshape(-1, 3), coefficients),
         ]:
-            head = graph.mean_over_cells(stride, weight, bias.flatten())
+            head = graph.mean_over_cells(stride, weight, bias.flatten(), source)
             if key == "mask":
                 head = graph.node("Tanh", [head])
             head = graph.node("Transpose", [head], perm=[0, 2, 3, 1])
@@ -321,7 +348,7 @@ def yolact(folder, name, priors_per_cell=3, softmax=True, channels_last=True, pr
     tensors = {key: graph.node("Concat", parts, axis=1) for key, parts in heads.items()}
     if softmax:
         tensors["conf"] = graph.node("Softmax", [tensors["conf"]], axis=2)
-    grid = prototypes(graph, red, blue)
+    grid = prototypes(graph, red, blue, source)
     shape = [1, PROTOTYPES, 16, 16]
     if channels_last:
         grid = graph.node("Transpose", [grid], perm=[0, 2, 3, 1])
@@ -359,7 +386,7 @@ def bad(folder):
 
         return change
 
-    def deformed(graph, cells):  # YOLACT++ has such layers
+    def deformed(graph, cells):  # lacks offsets and weights
         graph.domains = ["yolact"]
         return graph.node("DCNv2", [cells], domain="yolact")
 
@@ -395,6 +422,10 @@ def main():
     half = ANCHOR_SIDE / SIDE / 2
     yolact(folder, "yolact_priors", priors=[[0.25, 0.75, half, half]])
     yolact(folder, "yolact_odd", priors_per_cell=4)
+    yolact(folder, "yolact_plus", priors_per_cell=9, deformable=["DCNv2"])
+    yolact(folder, "yolact_plus_onnx", deformable=["DeformConv"])
+    mmcv = ["MMCVModulatedDeformConv2d", "mmdeploy"]
+    yolact(folder, "yolact_plus_mmcv", priors_per_cell=9, deformable=mmcv)
     bad(folder)
 
 

@@ -5,6 +5,7 @@
 
 #include <iostream>
 #include <opencv2/core/version.hpp>
+#include <opencv2/dnn/layer.hpp>
 
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "models.hpp"
@@ -80,6 +81,20 @@ TEST_F(NetworkSegmenterTest, FindsTheBlocksInTheImage) {
     SCOPED_TRACE(name);
     expect_two_blocks(segment(name, two_blocks()));
   }
+}
+
+TEST_F(NetworkSegmenterTest, RunsDeformableConvolutionsOfYolactPlus) {
+  for (const char* name : {"yolact_plus", "yolact_plus_onnx", "yolact_plus_mmcv"}) {
+    SCOPED_TRACE(name);
+    const Segmentation found = segment(name, two_blocks());  // read 32 pixels to the right
+    ASSERT_EQ(found.instances.size(), 1U);
+    EXPECT_EQ(found.instances[0].class_id, red_class);
+    EXPECT_EQ(found.instances[0].box, cv::Rect(0, 0, 32, 32));
+    EXPECT_NEAR(cv::countNonZero(found.instances[0].mask), 32 * 32, 32);
+  }
+  cv::dnn::LayerParams params;
+  EXPECT_FALSE(cv::dnn::LayerFactory::createLayerInstance("DCNv2", params))
+      << "OpenCV knows the layer while a model is loaded";
 }
 
 TEST_F(NetworkSegmenterTest, KnowsItsClasses) {

@@ -188,6 +188,19 @@ TEST(YolactDecoder, PriorsScaleWithTheInputTruncatedToPixels) {
       {{0, 0.5 / 50, 0.5 / 50, 17 / 400.0}, {3 * cells - 3, 3.5 / 4, 3.5 / 4, 279 / 400.0}});
 }
 
+TEST(YolactDecoder, PriorsOfYolactPlusHaveThreeScalesAndShapes) {
+  const cv::Mat priors = yolact_priors(3 * 19248, {550, 550});
+  ASSERT_EQ(priors.rows, 3 * 19248);
+  for (int i = 0; i < 9; ++i) {  // of the first cell: three shapes of each scale
+    const double ratio = i % 3 == 0 ? 1 : i % 3 == 1 ? 0.5 : 2;
+    const double scale = 24 * std::pow(2, i / 3 / 3.0);
+    EXPECT_NEAR(priors.at<float>(i, 2) * 550, scale * std::sqrt(ratio), 1e-4) << i;
+    EXPECT_NEAR(priors.at<float>(i, 3) * 550, scale / std::sqrt(ratio), 1e-4) << i;
+    EXPECT_NEAR(priors.at<float>(9 + i, 0), 1.5 / 69, 1e-6) << i;
+  }
+  EXPECT_NEAR(priors.at<float>(3 * 19248 - 9, 2) * 550, 384, 1e-3);
+}
+
 // --- Binding -------------------------------------------------------------------------------------
 
 TEST(YolactDecoder, BindsOutputsByShapeInAnyOrder) {
