@@ -40,6 +40,8 @@ struct EdgeCompensatorOptions {
   /// Estimator of the code range, the same; expansion in codes, which go from 0 to 255.
   RangeEstimatorOptions code = {OutlierRule::median_absolute_deviation, {}, 16.0};
   MissingDepth missing_depth = MissingDepth::keep;  ///< verdict on features without depth or code
+  /// Whether eq. (1) tests codes; false: its range of depth decides alone, as without an image.
+  bool uses_codes = true;
 
   /// Returns the paper's rule, with values of ours where the paper gives none (see the map of the
   /// code, include/dynfilter/README.md, "The algorithm, made exact"). They will not change; the
@@ -51,7 +53,8 @@ struct EdgeCompensatorOptions {
 ///
 /// FP_object is the set of an object's masked features, which an earlier stage removed as in_mask.
 /// A sample of those on the mask that have depth gives the object's two ranges, of depth and of
-/// D-LBP codes. A feature p in the object's box, not removed yet, joins the object by eq. (1):
+/// D-LBP codes, which end at 0 and 255. A feature p in the object's box, not removed yet, joins the
+/// object by eq. (1):
 ///
 ///     depth(p) in [a, b]_depth  and  D-LBP(p) in [a, b]_D-LBP
 ///
@@ -60,9 +63,10 @@ struct EdgeCompensatorOptions {
 /// Compensation::applied_without_image.
 ///
 /// The stage abstains without any depth, and from an instance whose sample is too small for one of
-/// the ranges (RangeEstimator::min_samples). The statistics say so. Where boxes overlap,
-/// a feature joins the first instance by whose ranges it passes. The score of a removed feature is
-/// the detector's confidence in the object.
+/// the ranges (RangeEstimator::min_samples). The statistics say so, and where no earlier stage
+/// looked at the masks (Compensation::no_mask_stage). Where boxes overlap, a feature joins the
+/// first instance by whose ranges it passes. The score of a removed feature is the detector's
+/// confidence.
 class EdgeCompensator {
  public:
   /// Takes the options. Throws std::invalid_argument for options that FeatureSampler
@@ -71,7 +75,8 @@ class EdgeCompensator {
       : sampler_(options.samples, options.seed),
         depth_range_(options.depth),
         code_range_(options.code),
-        passes_without_value_(options.missing_depth == MissingDepth::remove) {
+        passes_without_value_(options.missing_depth == MissingDepth::remove),
+        uses_codes_(options.uses_codes) {
     if (options.samples < RangeEstimator::min_samples) {
       detail::throw_misuse("EdgeCompensator", detail::concatenate("samples = ", options.samples),
                            detail::concatenate("at least ", RangeEstimator::min_samples));
@@ -90,12 +95,15 @@ class EdgeCompensator {
     validate(input, labels, "EdgeCompensator");
     Scratch& scratch = workspace.get<Scratch>();
     scratch.reserve(labels.size(), sampler_.samples());
+    const bool is_first = !labels.statistics().has_mask_stage && labels.statistics().masked == 0;
     for (std::size_t k = 0; k < input.segmentation.instances.size(); ++k) {
-      if (!labels.is_dynamic_object(k)) continue;
-      InstanceStatistics& statistics = labels.statistics().instances[k];
-      statistics.compensation = estimate_ranges(input, k, labels, scratch);
-      if (statistics.compensation == Compensation::applied ||
-          statistics.compensation == Compensation::applied_without_image) {
+      Compensation& outcome = labels.statistics().instances[k].compensation;
+      if (!labels.is_dynamic_object(k)) {
+        if (is_first && has_feature(input, k)) outcome = Compensation::no_mask_stage;
+        continue;
+      }
+      outcome = estimate_ranges(input, k, labels, scratch);
+      if (outcome == Compensation::applied || outcome == Compensation::applied_without_image) {
         compensate(input, k, labels);
       }
     }
@@ -113,6 +121,16 @@ class EdgeCompensator {
     }
   };
 
+  /// Whether a feature lies on the mask of instance k.
+  static bool has_feature(const FilterInput& input, std::size_t k) {
+    const Instance& instance = input.segmentation.instances[k];
+    const cv::Rect masked(instance.mask_origin, instance.mask.size());
+    for (const std::size_t i : input.index.inside(masked)) {
+      if (instance.covers(input.index.pixel(i))) return true;
+    }
+    return false;
+  }
+
   /// Estimates [a, b]_depth and [a, b]_D-LBP of object k from a sample of its masked features.
   Compensation estimate_ranges(const FilterInput& input, std::size_t k, FeatureLabels& labels,
                                Scratch& scratch) const {
@@ -124,16 +142,20 @@ class EdgeCompensator {
     scratch.codes.clear();
     for (const SampleCandidate& candidate : scratch.candidates) {
       scratch.depths_m.push_back(candidate.depth_m);
-      if (!has_image) continue;
+      if (!has_image || !uses_codes_) continue;
       const auto code = depth_lbp_.code(input.frame.depth, input.index.pixel(candidate.feature));
       if (code) scratch.codes.push_back(*code);
     }
     statistics.sampled = scratch.candidates.size();
     statistics.depth_range_m = depth_range_.estimate_in_place(scratch.depths_m);
     statistics.code_range = code_range_.estimate_in_place(scratch.codes);
+    ValueRange& codes = statistics.code_range;
+    codes = {std::max(codes.lower, 0.0), std::min(codes.upper, 255.0)};
+    if (codes.contains(0) && codes.contains(255)) ++labels.statistics().full_code_ranges;
     if (statistics.depth_range_m.empty()) return Compensation::too_few_samples;
     if (!has_image) return Compensation::applied_without_image;
-    return statistics.code_range.empty() ? Compensation::too_few_samples : Compensation::applied;
+    const bool lacks_codes = uses_codes_ && statistics.code_range.empty();
+    return lacks_codes ? Compensation::too_few_samples : Compensation::applied;
   }
 
   /// Draws from the features of FP_object that lie on the mask and have depth.
@@ -158,12 +180,13 @@ class EdgeCompensator {
     sampler_.draw(input.frame.id, k, candidates);
   }
 
-  /// Applies eq. (1), without a depth image its test of depth, to every feature in the box that is
-  /// not removed yet.
+  /// Applies eq. (1), or its test of depth alone, to every feature in the box that is not removed
+  /// yet.
   void compensate(const FilterInput& input, std::size_t k, FeatureLabels& labels) const {
     const Instance& instance = input.segmentation.instances[k];
     const InstanceStatistics& statistics = labels.statistics().instances[k];
     const bool has_image = !input.frame.depth.empty();
+    const bool has_codes = has_image && uses_codes_;
     for (const std::size_t i : input.index.inside(instance.box)) {
       if (labels.is_removed(i)) continue;
       const cv::Point pixel = input.index.pixel(i);
@@ -171,7 +194,7 @@ class EdgeCompensator {
           has_image ? input.frame.depth_m(pixel) : input.features.depth_m(i);
       const bool joins =
           fits(statistics.depth_range_m, depth_m) &&
-          (!has_image || fits(statistics.code_range, depth_lbp_.code(input.frame.depth, pixel)));
+          (!has_codes || fits(statistics.code_range, depth_lbp_.code(input.frame.depth, pixel)));
       if (!joins) continue;
       labels.remove(i, static_cast<std::int32_t>(k), Reason::compensated, instance.score);
     }
@@ -188,6 +211,7 @@ class EdgeCompensator {
   RangeEstimator code_range_;
   DepthLbp depth_lbp_;
   bool passes_without_value_;
+  bool uses_codes_;
 };
 
 }  // namespace dynfilter

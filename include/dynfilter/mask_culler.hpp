@@ -77,6 +77,7 @@ class MaskCuller {
     check_image_size(input.frame.image.size());
     check_image_size(input.frame.depth.size());
     const std::vector<Instance>& instances = input.segmentation.instances;
+    labels.statistics().has_mask_stage = true;
     cull_static_mask(input.index, labels);
     for (std::size_t k = 0; k < instances.size(); ++k) {
       if (!is_dynamic(instances[k].class_id)) continue;

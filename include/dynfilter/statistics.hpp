@@ -34,7 +34,10 @@ enum class Compensation : std::uint8_t {
   /// The range of depth was estimated from the depths of features and applied, without a depth
   /// image (mono, stereo); the paper's rule did without D-LBP.
   applied_without_image,
-  cautious  ///< applied, but the least certain features stay: too few would have been left
+  cautious,  ///< applied, but the least certain features stay: too few would have been left
+  /// EdgeCompensator abstained: features lie on the mask, but no earlier stage, such as MaskCuller,
+  /// removed what lies on masks.
+  no_mask_stage
 };
 
 /// Verdict on the motion of an instance, see MotionJudge.
@@ -106,11 +109,14 @@ struct FrameStatistics {
   std::size_t moving = 0;       ///< removed because they move
   std::size_t custom = 0;       ///< removed by your own stages
   std::size_t restored = 0;     ///< kept features that an earlier stage had removed
-  bool starved = false;         ///< fewer features than the floor are left
+  /// Objects whose range of D-LBP codes holds every code, so that depth decided alone.
+  std::size_t full_code_ranges = 0;
+  bool starved = false;  ///< fewer features than the floor are left
   /// Number to extract next time; 0 = the present number suffices.
   std::size_t suggested_features = 0;
   /// False: no masks are known; true without instances: nobody is there.
   bool has_segmentation = false;
+  bool has_mask_stage = false;  ///< MaskCuller ran, whether or not anything lay on masks
   /// Time of the frame minus time of its masks, seconds; NaN without masks or without their time.
   double segmentation_age_s = std::numeric_limits<double>::quiet_NaN();
   bool has_depth = false;                     ///< whether the frame has a depth image

@@ -152,6 +152,7 @@ inline DynamicFilterOptions arbitrary_options(ByteSource& source, const cv::Size
   edge.code = arbitrary_range_options(source, source.between(0, 64));
   edge.samples = RangeEstimator::min_samples + static_cast<std::size_t>(source.between(0, 24));
   if (source.chance(30)) edge.missing_depth = MissingDepth::remove;
+  edge.uses_codes = edge.seed % 4 != 3;  // draws no byte, which the fuzzer's corpus lacks
   return options;
 }
 

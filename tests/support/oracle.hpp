@@ -127,7 +127,8 @@ inline std::optional<double> oracle_feature_depth(const FilterCase& input, std::
   return *depth * input.frame.depth_scale();
 }
 
-/// Ranges of depth in metres and of codes on instance k.
+/// Ranges of depth in metres and of codes on instance k. That of codes may exceed 0 to 255, which
+/// no label shows.
 inline std::pair<ValueRange, ValueRange> oracle_ranges(const FilterCase& input,
                                                        const std::vector<FeatureLabel>& labels,
                                                        std::size_t k) {
@@ -153,7 +154,7 @@ inline std::pair<ValueRange, ValueRange> oracle_ranges(const FilterCase& input,
     const WidePoint pixel = oracle_pixel(input.keypoints[i].pt);
     depths.push_back(depth);
     const auto code = oracle_code(input.frame.depth, pixel);
-    if (code) codes.push_back(*code);
+    if (code && options.uses_codes) codes.push_back(*code);
   }
   return {oracle_range(depths, options.depth), oracle_range(codes, options.code)};
 }
@@ -204,9 +205,10 @@ inline OracleVerdict oracle_filter(const FilterCase& input) {
       statistics.masked += label.removed && label.instance == static_cast<int>(k) ? 1 : 0;
     }
     const bool has_image = !input.frame.depth.empty();  // without one there are no codes
+    const bool has_codes = has_image && options.uses_codes;
     if (!has_image && !input.depths_m) continue;
     const auto [depth_range, code_range] = oracle_ranges(input, culled, k);
-    if (depth_range.empty() || (has_image && code_range.empty())) continue;
+    if (depth_range.empty() || (has_codes && code_range.empty())) continue;
     for (std::size_t i = 0; i < labels.size(); ++i) {
       const WidePoint pixel = oracle_pixel(input.keypoints[i].pt);
       const double x = pixel.x - instance.box.x;
@@ -219,7 +221,7 @@ inline OracleVerdict oracle_filter(const FilterCase& input) {
           depth ? *depth >= depth_range.lower && *depth <= depth_range.upper : without_value;
       const bool code_fits =
           code ? *code >= code_range.lower && *code <= code_range.upper : without_value;
-      if (!depth_fits || (has_image && !code_fits)) continue;
+      if (!depth_fits || (has_codes && !code_fits)) continue;
       statistics.compensated += 1;
       labels[i] = {instance.score, static_cast<int>(k), Reason::compensated, true};
     }
