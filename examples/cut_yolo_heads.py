@@ -2,7 +2,7 @@
 # SPDX-FileCopyrightText: 2026 the dynfilter authors
 # SPDX-License-Identifier: MIT
 
-"""Makes a YOLOv8-seg or YOLO11-seg model run in OpenCV before 4.7, Debian 12's and Ubuntu 24.04's say.
+"""Makes a YOLOv8 or YOLO11 model, -seg or a detector, run in OpenCV before 4.7, Debian 12's and Ubuntu 24.04's say.
 
     cut_yolo_heads.py yolov8n-seg.onnx yolov8n-seg-raw-heads.onnx
 
@@ -34,7 +34,7 @@ if tuple(int(part) for part in onnx.__version__.split(".")[:2]) < (1, 12):
 
 
 class NotYolo(Exception):
-    """The graph is not a YOLOv8-seg or YOLO11-seg export."""
+    """The graph is not a YOLOv8 or YOLO11 export."""
 
 
 class Graph:
@@ -67,37 +67,39 @@ class Graph:
 
 
 def outputs_by_rank(graph):
-    """The names of the decoded output [1, 4 + classes + P, N] and of the prototypes."""
+    """The names of the decoded output [1, 4 + classes + P, N] and of the prototypes, None of a detector."""
     ranks = {3: [], 4: []}
     for output in graph.graph.output:
         ranks.setdefault(len(graph.shapes[output.name]), []).append(output.name)
     anchors = {graph.shapes[name][2] for name in ranks[3]}
     if len(ranks[3]) == 3 and len(ranks[4]) == 1 and len(anchors) == 1:
         raise NotYolo("its outputs are raw heads already; use it as it is")
+    if len(graph.graph.output) == 1 and len(ranks[3]) == 1:
+        return ranks[3][0], None
     if len(graph.graph.output) != 2 or len(ranks[3]) != 1 or len(ranks[4]) != 1:
         shapes = [graph.shapes[output.name] for output in graph.graph.output]
-        raise NotYolo(f"its outputs have the shapes {shapes}; want [1, 4+C+P, N] and [1, P, h, w]")
+        raise NotYolo(f"its outputs have the shapes {shapes}; want [1, 4+C+P, N] and [1, P, h, w], or [1, 4+C, N]")
     return ranks[3][0], ranks[4][0]
 
 
 def raw_heads(graph):
-    """The tensors to output: boxes, classes, coefficients, prototypes."""
+    """The tensors to output: boxes, classes and, but of a detector, coefficients and prototypes."""
     decoded, prototypes = outputs_by_rank(graph)
     _, rows, anchors = graph.shapes[decoded]
-    count = graph.shapes[prototypes][1]
+    count = graph.shapes[prototypes][1] if prototypes else 0
 
     def is_head(tensor, channels):
         return graph.shapes.get(tensor) == [1, channels, anchors]
 
     # The last node joins boxes and scores with the coefficients.
     last = graph.producer(decoded, "Concat")
-    if last is None or not is_head(last.input[-1], count):
-        raise NotYolo("its output is no concatenation that ends with the masks' coefficients")
-    coefficients = last.input[-1]
+    if last is None or (prototypes and not is_head(last.input[-1], count)):
+        raise NotYolo("its output is no concatenation that ends with scores or the masks' coefficients")
+    masks = [last.input[-1], prototypes] if prototypes else []
 
     # Scores are the logistic function of class logits.
     class_count = rows - 4 - count
-    rest = [name for source in last.input[:-1] for name in graph.upwards(source)]
+    rest = [name for source in last.input[: -1 if masks else None] for name in graph.upwards(source)]
     sigmoids = [node for node in (graph.producer(name, "Sigmoid") for name in rest) if node]
     classes = next((n.input[0] for n in sigmoids if is_head(n.input[0], class_count)), None)
     if classes is None:
@@ -110,7 +112,7 @@ def raw_heads(graph):
         if len(shape) == 3 and shape[2] == anchors and shape[1] % 4 == 0 and shape[1] > 4:
             feeds = [node for node in graph.graph.node if name in node.input]
             if name != classes and any(node.op_type == "Reshape" for node in feeds):
-                return [name, classes, coefficients, prototypes]
+                return [name, classes, *masks]
     raise NotYolo("it computes no distributions of distances [1, 4 bins, N]")
 
 
@@ -203,7 +205,7 @@ def main():
         onnx.save(model, arguments.result)
     except NotYolo as error:
         sys.exit(
-            f"cut_yolo_heads.py: {arguments.export} is no YOLOv8-seg or YOLO11-seg model as exported: "
+            f"cut_yolo_heads.py: {arguments.export} is no YOLOv8 or YOLO11 model as exported: "
             f"{error}"
         )
     except OSError as error:

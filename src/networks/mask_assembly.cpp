@@ -81,11 +81,19 @@ cv::Mat in_image(const cv::Mat& grid, const InputPlacement& placement, const cv:
 std::vector<Instance> assemble_instances(const std::vector<Detection>& detections,
                                          const Planes& prototypes, const InputPlacement& placement,
                                          MaskRule rule) {
-  const cv::Mat planes = prototypes.cells();
+  cv::Mat planes;
+  if (prototypes.count > 0) planes = prototypes.cells();
   std::vector<Instance> instances;
   for (const Detection& detection : detections) {
     const cv::Rect box = box_in_image(detection.box, placement);
     if (box.empty()) continue;
+    if (planes.empty()) {
+      Instance& alone = instances.emplace_back();
+      alone.class_id = detection.class_id;
+      alone.score = detection.score;
+      alone.box = box;
+      continue;
+    }
     const cv::Mat sum = cv::Mat(detection.coefficients).t() * planes;
     const cv::Mat sums = sum.reshape(1, prototypes.rows);
     const PlacedMask mask = rule == MaskRule::crop_cells

@@ -31,13 +31,14 @@ cv::Mat channels_last(cv::Mat tensor) {
 }
 
 /// Tells whether the file may be YOLO as exported, which computes its boxes inside the network and
-/// joins them with the rest in one output.
+/// joins them with the rest in one output; a detector has no other.
 bool may_be_exported_yolo(const OnnxFile& file) {
   const auto has_output_of = [&](std::size_t dimensions) {
     return std::any_of(file.outputs.begin(), file.outputs.end(),
                        [&](const OnnxValue& output) { return output.shape.size() == dimensions; });
   };
-  return file.outputs.size() == 2 && has_output_of(3) && has_output_of(4);
+  const std::size_t count = file.outputs.size();
+  return has_output_of(3) && (count == 1 || (count == 2 && has_output_of(4)));
 }
 
 constexpr bool opencv_runs_exported_yolo = CV_VERSION_MAJOR > 4 ||

@@ -84,7 +84,7 @@ class YolactKind final : public NetworkKind {
   Table priors_;  // empty if the outputs have them
 };
 
-/// YOLO-seg: the image is letterboxed in grey 114, RGB from 0 to 1.
+/// YOLO-seg and YOLO detectors: the image is letterboxed in grey 114, RGB from 0 to 1.
 class YoloKind final : public NetworkKind {
  public:
   YoloKind(const Network& network, const std::vector<NamedTensor>& trial,

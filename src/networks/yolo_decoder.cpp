@@ -74,8 +74,15 @@ std::runtime_error no_prototypes(const NamedTensor& output) {
                             " can be the number of prototypes, given the other outputs");
 }
 
-/// Binds one output: boxes, scores and coefficients side by side.
-YoloOutputs bind_single(const NamedTensor& output, const NamedTensor& prototypes,
+/// Returns the number of columns of coefficients, and their prototypes: none of a detector.
+std::optional<Planes> prototypes_of(const NamedTensor* output, const cv::Size& input,
+                                    const std::function<bool(int)>& fits) {
+  if (output != nullptr) return find_prototypes(*output, input, fits);
+  return fits(0) ? std::optional<Planes>(Planes{}) : std::nullopt;
+}
+
+/// Binds one output: boxes, scores and, of a segmentation network, coefficients side by side.
+YoloOutputs bind_single(const NamedTensor& output, const NamedTensor* prototypes,
                         const cv::Size& input) {
   constexpr int v5_anchors = 3;  // YOLOv5 has so many for each cell
   const int anchors = anchor_count(input);
@@ -89,7 +96,7 @@ YoloOutputs bind_single(const NamedTensor& output, const NamedTensor& prototypes
     const bool is_end_to_end = head == YoloHead::end_to_end;
     const Table table = is_end_to_end ? rows_first(output.data) : with_rows(output.data, rows);
     const int first = box_columns;
-    const std::optional<Planes> found = find_prototypes(prototypes, input, [&](int count) {
+    const std::optional<Planes> found = prototypes_of(prototypes, input, [&](int count) {
       const int classes = table.cols - first - count;
       return is_end_to_end ? classes == 2 : classes > 0;
     });
@@ -106,7 +113,10 @@ YoloOutputs bind_single(const NamedTensor& output, const NamedTensor& prototypes
     throw std::runtime_error("its input of " + size_name(input) +
                              " is no multiple of 32: export it with such an imgsz");
   }
-  throw no_prototypes(prototypes);
+  if (prototypes != nullptr) throw no_prototypes(*prototypes);
+  throw std::runtime_error(concatenate("there are no prototypes [1, P, rows, columns], and ",
+                                       output.name, " is no detector's: [1, 4+C, ", anchors,
+                                       "], [1, ", v5_anchors * anchors, ", 5+C] or [1, K, 6]"));
 }
 
 /// Takes the first table that fits.
@@ -119,7 +129,7 @@ Table take(std::vector<Table>& tables, const std::function<bool(int columns)>& f
   return table;
 }
 
-YoloOutputs bind_raw(const std::vector<const NamedTensor*>& outputs, const NamedTensor& prototypes,
+YoloOutputs bind_raw(const std::vector<const NamedTensor*>& outputs, const NamedTensor* prototypes,
                      const cv::Size& input) {
   std::vector<Table> tables;
   for (const NamedTensor* output : outputs) {
@@ -133,17 +143,20 @@ YoloOutputs bind_raw(const std::vector<const NamedTensor*>& outputs, const Named
     return std::any_of(tables.begin(), tables.end(),
                        [&](const Table& table) { return table.cols == count; });
   };
-  const std::optional<Planes> found = find_prototypes(prototypes, input, has_columns);
-  if (!found) throw no_prototypes(prototypes);
+  std::optional<Planes> found(Planes{});
+  if (prototypes != nullptr) found = find_prototypes(*prototypes, input, has_columns);
+  if (!found) throw no_prototypes(*prototypes);
   YoloOutputs bound;
   bound.head = YoloHead::raw;
   bound.input = input;
   bound.prototypes = *found;
   // If classes or boxes have as many columns as there are prototypes, order tells them apart: boxes
   // come first and coefficients last.
-  std::reverse(tables.begin(), tables.end());
-  bound.coefficients = take(tables, [&](int columns) { return columns == found->count; });
-  std::reverse(tables.begin(), tables.end());
+  if (prototypes != nullptr) {
+    std::reverse(tables.begin(), tables.end());
+    bound.coefficients = take(tables, [&](int columns) { return columns == found->count; });
+    std::reverse(tables.begin(), tables.end());
+  }
   const bool has_usual = has_columns(4 * usual_bins);
   bound.boxes = take(tables, [&](int columns) {
     return has_usual ? columns == 4 * usual_bins : columns % 4 == 0;
@@ -228,15 +241,14 @@ YoloOutputs bind_yolo(const std::vector<NamedTensor>& outputs, const cv::Size& i
     }
     if (dimensions == 4) prototypes = &output;
   }
-  if (prototypes == nullptr) {
-    throw std::runtime_error(
-        "there are no prototypes [1, P, rows, columns]: no segmentation network, such as those "
-        "named -seg");
-  }
-  if (tables.size() == 1) return bind_single(*tables[0], *prototypes, input);
-  if (tables.size() == 3) return bind_raw(tables, *prototypes, input);
+  if (tables.size() == 1) return bind_single(*tables[0], prototypes, input);
+  if (tables.size() == (prototypes != nullptr ? 3U : 2U))
+    return bind_raw(tables, prototypes, input);
   throw std::runtime_error(
-      "besides the prototypes there must be one output, or boxes, classes and coefficients");
+      prototypes == nullptr
+          ? "there are no prototypes [1, P, rows, columns], and neither one output nor boxes and "
+            "classes"
+          : "besides the prototypes there must be one output, or boxes, classes and coefficients");
 }
 
 std::vector<Detection> decode_yolo(const YoloOutputs& outputs, const DetectionOptions& options) {
@@ -248,8 +260,10 @@ std::vector<Detection> decode_yolo(const YoloOutputs& outputs, const DetectionOp
       continue;
     }
     const Box box = box_of(outputs, row);
-    const std::vector<float> coefficients = finite_row(outputs.coefficients, row);
-    if (!box.has_area() || coefficients.empty()) continue;
+    std::vector<float> coefficients;
+    if (outputs.prototypes.count > 0) coefficients = finite_row(outputs.coefficients, row);
+    const bool is_whole = outputs.prototypes.count == 0 || !coefficients.empty();
+    if (!box.has_area() || !is_whole) continue;
     found.push_back({best->class_id, best->score, box, coefficients});
   }
   seen.require_some(outputs.scores.rows);

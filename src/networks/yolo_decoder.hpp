@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Decodes the outputs of a YOLO-seg network into detections.
+// Decodes the outputs of a YOLO-seg network, or of a YOLO detector, into detections.
 
 #pragma once
 
@@ -30,7 +30,7 @@ struct YoloOutputs {
   Table boxes;   // 4 columns; raw: 4 x bins; with_objectness: 5
   Table scores;  // one column a class; end_to_end: score and class
   Table coefficients;
-  Planes prototypes;
+  Planes prototypes;  // none of a detector
 
   /// Returns the number of classes; 0 if the outputs do not tell.
   int class_count() const { return head == YoloHead::end_to_end ? 0 : scores.cols; }
@@ -38,7 +38,7 @@ struct YoloOutputs {
 
 /// Identifies the outputs by their shapes; if several fit, by their order (boxes, classes,
 /// coefficients). With P prototypes, N anchors and C classes:
-///   [1, P, h, w] or [1, h, w, P]                   prototypes, always
+///   [1, P, h, w] or [1, h, w, P]                   prototypes; without them, P is 0: a detector
 ///   [1, 4+C+P, N] or [1, N, 4+C+P]                 decoded
 ///   [1, 3N, 5+C+P] or [1, 5+C+P, 3N]               with_objectness
 ///   [1, 4B, N], [1, C, N], [1, P, N]               raw, with B bins a side; also each turned

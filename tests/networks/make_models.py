@@ -141,7 +141,7 @@ def yolo_raw(folder, name, has_open_size=False, metadata=None):
     graph.save(folder, name, {**YOLO_NAMES, **(metadata or {})})
 
 
-def yolo_stock(folder, name, opset):
+def yolo_stock(folder, name, opset, has_masks=True):
     """A network that computes boxes itself, like exporters' models."""
     graph = Graph()
     graph.opset = opset
@@ -181,9 +181,12 @@ def yolo_stock(folder, name, opset):
     decoded = graph.node("Mul", [decoded, graph.constant(np.asarray(strides)[None])])
     scores = graph.node("Sigmoid", [classes])
     decoded = graph.node("Concat", [decoded, scores], axis=1)
-    everything = graph.node("Concat", [decoded, coefficients], axis=1)
-    graph.output(everything, "output0", [1, 4 + len(CLASSES) + PROTOTYPES, ANCHORS])
-    graph.output(grid, "output1", [1, PROTOTYPES, 16, 16])
+    if has_masks:
+        everything = graph.node("Concat", [decoded, coefficients], axis=1)
+        graph.output(everything, "output0", [1, 4 + len(CLASSES) + PROTOTYPES, ANCHORS])
+        graph.output(grid, "output1", [1, PROTOTYPES, 16, 16])
+    else:
+        graph.output(decoded, "output0", [1, 4 + len(CLASSES), ANCHORS])
     graph.save(folder, name, YOLO_NAMES)
 
 
@@ -196,8 +199,8 @@ def yolo_end_to_end(folder):
     constant_rows(folder, "yolo_end_to_end", rows)
 
 
-def constant_rows(folder, name, rows):
-    """Puts out these rows, whatever the image, after the prototypes."""
+def constant_rows(folder, name, rows, has_masks=True):
+    """Puts out these rows, whatever the image, after the prototypes of a network with masks."""
     graph = Graph()
     mean = graph.node("GlobalAveragePool", ["images"])
     values = graph.node(
@@ -205,7 +208,8 @@ def constant_rows(folder, name, rows):
         [mean, graph.constant(np.zeros((rows.size, 3, 1, 1))), graph.constant(rows.flatten())],
         kernel_shape=[1, 1],
     )
-    graph.output(prototypes(graph), "output1", [1, PROTOTYPES, 16, 16])
+    if has_masks:
+        graph.output(prototypes(graph), "output1", [1, PROTOTYPES, 16, 16])
     graph.output(graph.reshape(values, [1, *rows.shape]), "output0", [1, *rows.shape])
     graph.save(folder, name, YOLO_NAMES)
 
@@ -216,6 +220,22 @@ def yolo_v5(folder):
     rows[7] = [48, 16, 32, 32, 0.5, 1, 0, 1, 0, 0, 0]
     rows[9] = [16, 48, 32, 32, 0.25, 0, 0.5, 0, 0, 0, 1]  # too weak together
     constant_rows(folder, "yolo_v5", rows)
+
+
+def yolo_detectors(folder):
+    """The objects of yolo_end_to_end, in the outputs of YOLOv8, v5 and YOLO26 without masks."""
+    rows = np.zeros((4 + len(CLASSES), ANCHORS))
+    rows[:, 7] = [16, 16, 32, 32, 0, 0.5]
+    rows[:, 9] = [48, 16, 32, 32, 0.75, 0]
+    constant_rows(folder, "yolo_detector", rows, has_masks=False)
+    rows = np.zeros((3 * ANCHORS, 5 + len(CLASSES)))
+    rows[7] = [16, 16, 32, 32, 0.5, 0, 1]
+    rows[9] = [48, 16, 32, 32, 0.75, 1, 0]
+    constant_rows(folder, "yolo_detector_v5", rows, has_masks=False)
+    rows = np.zeros((3, 6))
+    rows[0] = [0, 0, 32, 32, 0.5, 1]
+    rows[1] = [32, 0, 64, 32, 0.75, 0]
+    constant_rows(folder, "yolo_detector_end_to_end", rows, has_masks=False)
 
 
 def yolo_padded(folder):
@@ -409,12 +429,14 @@ def main():
     yolo_raw(folder, "yolo_raw")
     yolo_raw(folder, "yolo_open_size", has_open_size=True)
     yolo_raw(folder, "yolo_dynamic", has_open_size=True, metadata={"imgsz": "[64, 64]"})
-    for name, opset in [("yolo_stock", 12), ("yolo_stock_13", 13)]:
-        yolo_stock(folder, name, opset)
+    yolo_raw(folder, "yolo_car_person", metadata={"names": "{0: 'car', 1: 'person'}"})
+    for name, opset in [("yolo_stock", 12), ("yolo_stock_13", 13), ("yolo_stock_boxes", 12)]:
+        yolo_stock(folder, name, opset, has_masks=name != "yolo_stock_boxes")
         paths = [os.path.join(folder, name + ending) for ending in (".onnx", "_cut.onnx")]
         subprocess.run([sys.executable, sys.argv[2], *paths], check=True)
     yolo_end_to_end(folder)
     yolo_v5(folder)
+    yolo_detectors(folder)
     yolo_padded(folder)
     semantics(folder)
     yolact(folder, "yolact")

@@ -262,9 +262,27 @@ TEST_F(NetworkSegmenterTest, AcceptsEndToEndModels) {
   EXPECT_TRUE(segment("yolo_end_to_end", black_image({64, 64})).instances.empty());
 }
 
-TEST_F(NetworkSegmenterTest, StockModelsRunOrNameTheRemedy) {
-  for (const char* name : {"yolo_stock", "yolo_stock_13"}) {
+TEST_F(NetworkSegmenterTest, DetectorsGiveBoxesAlone) {
+  for (const char* name : {"yolo_detector", "yolo_detector_v5", "yolo_detector_end_to_end"}) {
     SCOPED_TRACE(name);
+    const Segmentation found = segment(name, black_image({128, 128}));
+    ASSERT_EQ(found.instances.size(), 2U);
+    EXPECT_EQ(found.instances[0].class_id, red_class);
+    EXPECT_FLOAT_EQ(found.instances[0].score, 0.75F);
+    EXPECT_EQ(found.instances[0].box, cv::Rect(64, 0, 64, 64));
+    EXPECT_EQ(found.instances[1].box, cv::Rect(0, 0, 64, 64));
+    for (const Instance& instance : found.instances) EXPECT_TRUE(instance.mask.empty());
+  }
+}
+
+TEST_F(NetworkSegmenterTest, StockModelsRunOrNameTheRemedy) {
+  for (const char* name : {"yolo_stock", "yolo_stock_13", "yolo_stock_boxes"}) {
+    SCOPED_TRACE(name);
+    const bool has_masks = std::string(name) != "yolo_stock_boxes";
+    if (runs_stock_yolo && !has_masks) {
+      EXPECT_EQ(segment(name, two_blocks()).instances.size(), 2U);
+      continue;
+    }
     if (runs_stock_yolo) {
       expect_two_blocks(segment(name, two_blocks()));
       continue;
@@ -286,6 +304,14 @@ TEST_F(NetworkSegmenterTest, StockModelsRunAfterCutting) {
     NetworkSegmenter network(cut);
     expect_two_blocks(network.segment(frame_of(two_blocks())));
     EXPECT_EQ(network.class_names(), (std::vector<std::string>{"red", "blue"}));
+  }
+  NetworkSegmenter boxes(folder() / "yolo_stock_boxes_cut.onnx");
+  const Segmentation found = boxes.segment(frame_of(two_blocks()));
+  ASSERT_EQ(found.instances.size(), 2U);
+  for (const Instance& instance : found.instances) {
+    EXPECT_EQ(instance.box,
+              instance.class_id == red_class ? cv::Rect(32, 0, 32, 32) : cv::Rect(0, 32, 32, 32));
+    EXPECT_TRUE(instance.mask.empty());
   }
 }
 

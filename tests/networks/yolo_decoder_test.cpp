@@ -138,7 +138,8 @@ TEST(YoloDecoder, RefusesOtherOutputs) {
   const auto table = [](int rows, int columns) {
     return NamedTensor{"t", tensor({1, rows, columns})};
   };
-  refused({table(84, anchors)}, "no prototypes");
+  refused({table(84, anchors + 1)}, "no prototypes [1, P, rows, columns], and t is no detector's");
+  refused({table(64, anchors), table(7, anchors), table(7, anchors)}, "boxes and classes");
   refused({prototypes}, "one output, or boxes, classes and coefficients");
   refused({table(64, anchors), prototypes, prototypes}, "output p has too many dimensions");
   refused({table(4 + prototype_count, anchors), prototypes}, "can be the number of prototypes");
@@ -260,6 +261,27 @@ TEST(YoloDecoder, ReadsEveryOutputLayout) {
     ASSERT_EQ(bound.prototypes.rows, 8);
     ASSERT_EQ(bound.prototypes.columns, 16);
     EXPECT_EQ(bound.prototypes.cells()(3, 37), heads.prototypes.at<float>(cv::Vec4i(0, 3, 2, 5)));
+  }
+}
+
+TEST(YoloDecoder, ReadsDetectorsWithoutPrototypes) {
+  std::mt19937 random(5);
+  const RawHeads heads = random_heads(random, 7);
+  std::vector<Detection> want = decoded(heads.outputs());
+  ASSERT_GT(want.size(), 3U);
+  for (Detection& one : want) one.coefficients.clear();
+  const cv::Mat all = decoded_output(heads);
+  const cv::Mat boxes = all(std::vector<cv::Range>{{0, 1}, {0, 4 + 7}, {0, anchors}}).clone();
+  const std::vector<std::vector<NamedTensor>> arrangements = {
+      {{"o", boxes}},
+      {{"o", turned(boxes)}},
+      {{"b", heads.boxes}, {"s", heads.classes}},
+      {{"s", turned(heads.classes)}, {"b", turned(heads.boxes)}},
+  };
+  for (const std::vector<NamedTensor>& outputs : arrangements) {
+    SCOPED_TRACE(detail::shapes_text(outputs));
+    expect_same(decoded(outputs), want);
+    EXPECT_EQ(bind_yolo(outputs, input).prototypes.count, 0);
   }
 }
 
