@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <stdexcept>
 
@@ -16,7 +17,7 @@
 #include "plugin/pair_depths.hpp"
 #include "plugin/plugin_settings.hpp"
 #ifdef DYNFILTER_HAS_MOTION
-#include "dynfilter/motion/motion_filter.hpp"
+#include "dynfilter/motion/motion_judge.hpp"
 #endif
 
 namespace dynfilter::detail {
@@ -28,15 +29,26 @@ class FrameFilter {
   /// Makes the filter. Throws std::runtime_error that names the settings file for an option that is
   /// refused.
   explicit FrameFilter(const PluginSettings& settings) try
-      : filter_(settings.filter), pair_depths_(settings), helps_maps_(settings.orb_features > 0) {
+      : filter_(
+            MaskCuller(settings.filter.mask_culler), Compensator(settings.filter.compensator),
+            [this](const FilterInput& input, FeatureLabels& labels) {
+              judge_motion(input, labels);
+            },
+            FeatureFloor(settings.filter.feature_floor)),
+        pair_depths_(settings),
+        helps_maps_(settings.orb_features > 0) {
 #ifdef DYNFILTER_HAS_MOTION
     if (settings.motion_camera) {
-      motion_filter_.emplace(*settings.motion_camera, MotionFilterOptions{settings.filter, {}});
+      judge_.emplace(*settings.motion_camera, MotionJudgeOptions(),
+                     settings.filter.compensator.depth.stale_age_s);
     }
 #endif
   } catch (const std::invalid_argument& error) {
     throw std::runtime_error(settings.file + ": " + without_component(error.what()));
   }
+
+  FrameFilter(const FrameFilter&) = delete;
+  FrameFilter& operator=(const FrameFilter&) = delete;
 
   /// Writes the features and their labels into the answer, which has the masks. `right` is the
   /// right image of the frame's pair, or empty. If it throws, a repeated call gives the same
@@ -51,7 +63,8 @@ class FrameFilter {
       pair_depths_.find(frame, right, *answer.masks.segmentation, answer.points, *columns.right_x,
                         workspace_, answer.depths_m);
     }
-    apply(frame, answer);  // the last step that may fail
+    filter_.apply(frame, answer.masks.segmentation, answer.features(), answer.labels,
+                  workspace_);  // the last step that may fail
     answer.has_measured_depth = !frame.depth.empty() || columns.right_x != nullptr;
     if (helps_maps_ && answer.has_measured_depth) map_start_.keep_for_map(answer.labels);
     keep_at_least_one(answer.labels);
@@ -63,21 +76,19 @@ class FrameFilter {
     last_s_.reset();
     map_start_.begin_anew();
 #ifdef DYNFILTER_HAS_MOTION
-    if (motion_filter_) motion_filter_->judge().reset();
+    if (judge_) judge_->reset();
 #endif
   }
 
  private:
-  void apply(const FrameView& frame, FrameAnswer& answer) {
-    const auto& masks = answer.masks.segmentation;
+  /// The stage for motion, if it is switched on. It needs a depth image, and follows an image once,
+  /// even if the host extracts its features twice.
+  void judge_motion([[maybe_unused]] const FilterInput& input,
+                    [[maybe_unused]] FeatureLabels& labels) {
 #ifdef DYNFILTER_HAS_MOTION
-    // Motion needs a depth image. It follows an image once, even if the host extracts its features
-    // twice.
-    if (motion_filter_ && !frame.depth.empty() && last_s_ != frame.timestamp_s) {
-      return motion_filter_->apply(frame, masks, answer.features(), answer.labels, workspace_);
-    }
+    const bool is_new = last_s_ != input.frame.timestamp_s && !input.frame.depth.empty();
+    if (judge_ && is_new) (*judge_)(input, labels, workspace_);
 #endif
-    filter_.apply(frame, masks, answer.features(), answer.labels, workspace_);
   }
 
   /// Keeps at least one feature, the most static one: tracking code must not meet a frame without.
@@ -89,9 +100,11 @@ class FrameFilter {
     labels.restore(static_cast<std::size_t>(best - labels.begin()));
   }
 
-  DynamicFilter filter_;
+  using Stage = std::function<void(const FilterInput&, FeatureLabels&)>;
+
+  Pipeline<MaskCuller, Compensator, Stage, FeatureFloor> filter_;
 #ifdef DYNFILTER_HAS_MOTION
-  std::optional<MotionFilter> motion_filter_;  // instead of `filter_`, if it is switched on
+  std::optional<MotionJudge> judge_;  // if motion is switched on
 #endif
   PairDepths pair_depths_;
   bool helps_maps_;
