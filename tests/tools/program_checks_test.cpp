@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What dynfilter run, ablate and doctor say about input that is wrong: the variants that users
-// have.
+// What dynfilter run, ablate and doctor say about input that is wrong, as the readers give it to
+// the checks, which segmenters/input_checks_test.cpp tests one by one.
 
 #include <regex>
 
@@ -42,30 +42,6 @@ void add_line(const fs::path& scene, const std::string& line) {
   std::ofstream(scene / "camera.yaml", std::ios::app) << line << '\n';
 }
 
-/// Gives the frames other times, in lists and in the names of masks.
-void change_times(const fs::path& scene, const std::function<double(double, int)>& other) {
-  for (const char* truth : {"masks_true", "masks_moving"}) fs::remove_all(scene / truth);
-  for (const char* file : {"groundtruth.txt", "masks/instances.csv"}) fs::remove(scene / file);
-  std::vector<std::string> stems;
-  for (const auto& entry : fs::directory_iterator(scene / "rgb")) {
-    stems.push_back(entry.path().stem().string());
-  }
-  std::sort(stems.begin(), stems.end());
-  std::ofstream pairs(scene / "associations.txt");
-  const char* const folders[] = {"rgb", "depth", "masks"};
-  std::vector<fs::path> files;  // with a further extension, so that none replaces another
-  int i = 0;
-  for (const std::string& stem : stems) {
-    const std::string time = std::to_string(other(std::stod(stem), i++));
-    pairs << time << " rgb/" << time << ".png " << time << " depth/" << time << ".png\n";
-    for (const char* folder : folders) {
-      files.push_back(scene / folder / (time + ".png.new"));
-      fs::rename(scene / folder / (stem + ".png"), files.back());
-    }
-  }
-  for (const fs::path& file : files) fs::rename(file, fs::path(file).replace_extension());
-}
-
 void set_depth(const fs::path& scene, const std::function<void(cv::Mat&)>& change) {
   change_images(scene / "depth", [&](cv::Mat depth) {
     change(depth);
@@ -87,32 +63,12 @@ struct Variant {
 const Variant scene_variants[] = {
     {"masks inverted", "masks_everywhere",
      [](const fs::path& s) { make_masks(s, [](const cv::Mat& m) { return 255 - m; }); }},
-    {"masks white", "masks_everywhere",
-     [](const fs::path& s) { make_masks(s, [](const cv::Mat& m) { return m * 0 + 255; }); }, true},
-    {"masks of classes, none 0", "masks_everywhere",
-     [](const fs::path& s) { make_masks(s, [](const cv::Mat& m) { return m / 25 + 3; }); }, true},
-    {"masks of COCO's ids, from 1 to 90", "masks_values",
-     [](const fs::path& s) {
-       make_masks(s, [](const cv::Mat& m) {
-         const cv::Mat ids = m / 255;
-         ids(cv::Rect(0, 200, 60, 40)).setTo(62);
-         return ids;
-       });
-     }},
     {"masks flipped", "masks_elsewhere",
      [](const fs::path& s) {
        make_masks(s, [](cv::Mat m) {
          cv::flip(m, m, 1);
          return m;
        });
-     }},
-    {"masks of ten frames later", "depth_shift",
-     [](const fs::path& s) {
-       std::vector<cv::Mat> masks;
-       make_masks(s, [&](const cv::Mat& m) { return masks.emplace_back(m); });
-       std::rotate(masks.begin(), masks.begin() + 10, masks.end());
-       auto mask = masks.begin();
-       make_masks(s, [&](const cv::Mat&) { return *mask++; });
      }},
     {"masks black", "masks_empty",
      [](const fs::path& s) {
@@ -140,29 +96,7 @@ const Variant scene_variants[] = {
          return std::regex_replace(text, std::regex("\n([^,]*,[^,]*),0,"), "\n$1,1,");
        });
      }},
-    {"millimetres at TUM's factor", "depth_unit",
-     [](const fs::path& s) { set_depth(s, [](cv::Mat& d) { d *= 0.2; }); }},
     {"factor 1", "depth_unit", [](const fs::path& s) { set_factor(s, 1); }, true},
-    {"factor 100", "depth_unit", [](const fs::path& s) { set_factor(s, 100); }, true},
-    {"factor 1000", "depth_unit", [](const fs::path& s) { set_factor(s, 1000); }},
-    {"factor 25000", "depth_unit", [](const fs::path& s) { set_factor(s, 25000); }},
-    {"whole metres", "depth_steps",
-     [](const fs::path& s) {
-       set_depth(s, [](cv::Mat& d) { d /= 5000; });
-       set_factor(s, 1);
-     }},
-    {"disparity in place of depth", "depth_inverted",
-     [](const fs::path& s) {
-       set_depth(s, [](cv::Mat& d) {
-         cv::Mat disparity;
-         d.convertTo(disparity, CV_32F);
-         cv::divide(2.5e7, disparity, disparity);
-         disparity.setTo(0, d == 0);
-         disparity.convertTo(d, CV_16U);
-       });
-     }},
-    {"10000 is no depth", "depth_one_value",
-     [](const fs::path& s) { set_depth(s, [](cv::Mat& d) { d.setTo(10000, d == 0); }); }},
     {"depth of the frame before", "depth_late",
      [](const fs::path& s) {
        cv::Mat last;
@@ -179,40 +113,10 @@ const Variant scene_variants[] = {
          cv::warpAffine(d.clone(), d, shift, d.size(), cv::INTER_NEAREST);
        });
      }},
-    {"depth without the outer sixths", "depth_rim",
-     [](const fs::path& s) {
-       set_depth(s, [](cv::Mat& d) { d.colRange(0, 53) = 0, d.colRange(267, 320) = 0; });
-     }},
-    {"depth without people", "people_without_depth",
-     [](const fs::path& s) { set_depth(s, [](cv::Mat& d) { d.setTo(0, d < 9500); }); }},
-    {"masks of one frame", "masks_frozen",
-     [](const fs::path& s) {
-       cv::Mat first;
-       make_masks(s, [&](const cv::Mat& m) { return first.empty() ? first = m.clone() : first; });
-     }},
-    {"depth black", "depth_empty",
-     [](const fs::path& s) { set_depth(s, [](cv::Mat& d) { d = 0; }); }},
-    {"depth frozen", "depth_frozen",
-     [](const fs::path& s) {
-       cv::Mat first;
-       set_depth(s, [&](cv::Mat& d) { first.empty() ? d.copyTo(first) : first.copyTo(d); });
-     }},
-    {"images frozen", "image_frozen",
-     [](const fs::path& s) {
-       cv::Mat first;
-       change_images(s / "rgb", [&](const cv::Mat& image) {
-         return first.empty() ? first = image.clone() : first;
-       });
-     },
-     true},
     {"images of 10 bits in 16", "image_range",
      [](const fs::path& s) { change_images(s / "rgb", bits(10)); }, true},
     {"images of 12 bits in 16", "image_range",
      [](const fs::path& s) { change_images(s / "rgb", bits(12)); }},
-    {"indices as times", "times",
-     [](const fs::path& s) { change_times(s, [](double, int i) { return i; }); }},
-    {"milliseconds as times", "times",
-     [](const fs::path& s) { change_times(s, [](double t, int) { return 1000 * t; }); }},
     {"a fisheye camera", "Camera.type",
      [](const fs::path& s) { add_line(s, "Camera.type: \"KannalaBrandt8\""); }, true},
     {"a rational camera", "Camera.k4",
