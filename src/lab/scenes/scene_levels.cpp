@@ -125,14 +125,6 @@ Options near_crowd() {
   });
 }
 
-Options two_near() {
-  return with(medium(), [](Options& o) {
-    o.persons_spacing_m = 0.25;
-    o.persons_gap_m = 0.45;
-    o.overlapping_as_one = true;
-  });
-}
-
 /// The second person walks behind the first one, who sits.
 Options sitting() {
   return with(changing_light(), [](Options& o) {
@@ -208,7 +200,6 @@ std::vector<SceneLevel> scene_levels() {
        with(crossing(), [](Options& o) { o.overlapping_as_one = true; })},
       {"desk", "a desk, a chair and cupboards within a hand of the persons", desk()},
       {"near_crowd", "five persons on half of the image, at a desk's depth", near_crowd()},
-      {"two_near", "two persons 0.45 m apart in depth are one detection", two_near()},
       {"hair", "medium, hair without depth, the sensor's shadow on the persons",
        with(medium(), [](Options& o) { o.depth_faults = DepthFaults::hair; })},
       {"sitting", "one person sits all the time, another walks behind", sitting()},
