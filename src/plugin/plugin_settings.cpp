@@ -155,10 +155,8 @@ void require_one_segmenter(const Keys& keys, const PluginSettings& settings) {
 
 void read_masks(Keys& keys, PluginSettings& settings) {
   read_segmenter(keys, settings);
-  const std::vector<std::string> threads = {"wait", "limited_wait", "latest", "drop"};
-  const std::string thread = keys.choice("async", threads, "");
-  const auto chosen = std::find(threads.begin(), threads.end(), thread) - threads.begin();
-  if (!thread.empty()) settings.hand_over = static_cast<HandOver>(chosen);  // in that order
+  const std::string thread = keys.choice("async", {"wait", "latest"}, "");
+  if (!thread.empty()) settings.hand_over = thread == "wait" ? HandOver::wait : HandOver::latest;
   settings.moves_masks = keys.flag("propagate", false);
   settings.missing_masks = keys.choice("missing_masks", {"error", "keep"}, settings.missing_masks);
   settings.takes_rgb = keys.choice("colour_order", {"bgr", "rgb"}, "bgr") == "rgb";

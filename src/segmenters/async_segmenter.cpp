@@ -28,10 +28,8 @@ namespace {
 void require_valid(const Segmenter* segmenter, const AsyncSegmenterOptions& options) {
   constexpr detail::OptionCheck require("AsyncSegmenter");
   if (!segmenter) detail::throw_misuse("AsyncSegmenter", "no segmenter", "one to run");
-  require(options.max_wait_s >= 0 && options.max_wait_s <= 3600, "max_wait_s", options.max_wait_s,
-          "0 to 3600 seconds");
   require(options.max_age_s >= 0, "max_age_s", options.max_age_s, "at least 0 seconds");
-  require(options.hand_over <= HandOver::drop, "hand_over", static_cast<int>(options.hand_over),
+  require(options.hand_over <= HandOver::latest, "hand_over", static_cast<int>(options.hand_over),
           "one of HandOver");
 }
 
@@ -125,30 +123,30 @@ class AsyncSegmenter::Worker {
     own.image = frame.image.clone();
     own.depth = frame.depth.clone();
     const std::lock_guard lock(mutex_);
-    const bool none_is_lost = options_.hand_over == HandOver::wait;
-    if (none_is_lost) require_room(frame.id);
+    if (takes_newest()) {
+      give_up_waiting(frames_.end());
+      forget_settled(frames_.end());
+    } else {
+      require_room(frame.id);
+    }
     frames_.push_back(std::make_shared<SubmittedFrame>(std::move(own)));
     last_timestamp_s_ = frame.timestamp_s;
     ++statistics_.submitted;
     ++statistics_.pending;
-    if (!none_is_lost) {
-      give_up_waiting(std::prev(frames_.end()));
-      drop_uncollected();
-    }
     submitted_.notify_one();
   }
 
   std::optional<Segmentation> collect(std::uint64_t id) {
     Lock lock(mutex_);
-    if (options_.hand_over == HandOver::latest) return newest();
+    if (takes_newest()) return newest();
     Frames::iterator place = last_submission(id);
     const std::shared_ptr<SubmittedFrame> frame = *place;
     give_up_waiting(place);
-    wait_for(*frame, lock);
+    settled_.wait(lock, [&] { return frame->is_settled(); });
     place = std::find(frames_.begin(), frames_.end(), frame);
     if (place == frames_.end()) return {};  // forgotten meanwhile
     const std::exception_ptr failure = take_failure(std::next(place));
-    frame->collected = frame->is_settled();
+    frame->collected = true;
     forget_settled(place);
     if (failure) std::rethrow_exception(failure);
     if (frame->progress != Progress::segmented) return {};
@@ -161,6 +159,7 @@ class AsyncSegmenter::Worker {
     for (const auto& frame : frames_) frame->progress = Progress::given_up;  // one may run
     frames_.clear();
     newest_.reset();
+    failure_ = nullptr;
   }
 
   const detail::HomeProcess home;
@@ -209,15 +208,18 @@ class AsyncSegmenter::Worker {
       statistics_.total_inference_s += outcome.seconds;
     }
     if (frame.progress == Progress::given_up) return;  // reset() was called meanwhile
-    if (outcome.failure) {
-      frame.progress = Progress::failed;
-      if (!frame.failure) frame.failure = outcome.failure;  // an earlier one is thrown first
-      return;
+    frame.progress = outcome.failure ? Progress::failed : Progress::segmented;
+    if (!takes_newest()) {
+      frame.failure = outcome.failure;
+      frame.masks = std::move(outcome.masks);
+    } else if (!outcome.failure) {
+      newest_ = std::move(outcome.masks);
+    } else if (!failure_) {
+      failure_ = outcome.failure;
     }
-    frame.progress = Progress::segmented;
-    (options_.hand_over == HandOver::latest ? newest_.emplace() : frame.masks) =
-        std::move(outcome.masks);
   }
+
+  bool takes_newest() const { return options_.hand_over == HandOver::latest; }
 
   void require_room(std::uint64_t id) const {
     const auto uncollected = std::count_if(frames_.begin(), frames_.end(),
@@ -241,20 +243,8 @@ class AsyncSegmenter::Worker {
     settled_.notify_all();  // another thread may wait for one
   }
 
-  void drop_uncollected() {
-    while (frames_.size() > max_uncollected) {
-      const auto oldest = std::find_if(frames_.begin(), frames_.end(),
-                                       [](const auto& frame) { return frame->is_settled(); });
-      // One runs and one waits: all others are settled. Their errors must still be thrown.
-      if ((*oldest)->failure) (*std::next(oldest))->failure = (*oldest)->failure;
-      frames_.erase(oldest);
-    }
-  }
-
   std::optional<Segmentation> newest() {
-    const std::exception_ptr failure = take_failure(frames_.end());
-    forget_settled(frames_.end());
-    if (failure) std::rethrow_exception(failure);
+    if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
     const double age_s = newest_ ? newest_->age_s(last_timestamp_s_).value_or(0) : 0;
     if (std::abs(age_s) > options_.max_age_s) return {};
     return newest_;
@@ -270,14 +260,6 @@ class AsyncSegmenter::Worker {
                             ", which was not submitted, or was given up when a later one was "
                             "collected"),
         "a frame that was submitted, in the order of submission");
-  }
-
-  void wait_for(const SubmittedFrame& frame, Lock& lock) {
-    const auto is_settled = [&] { return frame.is_settled(); };
-    if (options_.hand_over == HandOver::wait) settled_.wait(lock, is_settled);
-    if (options_.hand_over == HandOver::limited_wait) {
-      settled_.wait_for(lock, std::chrono::duration<double>(options_.max_wait_s), is_settled);
-    }
   }
 
   /// Returns the first failure before `end`, and drops the later ones, which show in the statistics
@@ -305,7 +287,8 @@ class AsyncSegmenter::Worker {
   std::condition_variable settled_;
   Frames frames_;                       // in the order of submission; few
   double last_timestamp_s_ = 0;         // of the frame submitted last
-  std::optional<Segmentation> newest_;  // HandOver::latest
+  std::optional<Segmentation> newest_;  // HandOver::latest; below, the first failure since a call
+  std::exception_ptr failure_;
   AsyncSegmenterStatistics statistics_;
   bool stop_ = false;
 

@@ -83,8 +83,6 @@ class GatedSegmenter final : public Segmenter {
 
 using Ids = std::vector<std::uint64_t>;
 
-inline constexpr double for_ever_s = 3600;
-
 inline FrameView numbered_frame(std::uint64_t id) {
   FrameView frame;
   frame.id = id;
@@ -93,10 +91,9 @@ inline FrameView numbered_frame(std::uint64_t id) {
   return frame;
 }
 
-inline AsyncSegmenterOptions options_of(HandOver hand_over, double max_wait_s = for_ever_s) {
+inline AsyncSegmenterOptions options_of(HandOver hand_over) {
   AsyncSegmenterOptions options;
   options.hand_over = hand_over;
-  options.max_wait_s = max_wait_s;
   return options;
 }
 

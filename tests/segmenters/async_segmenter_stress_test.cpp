@@ -133,7 +133,6 @@ void expect_consistent(const Host& host, const Trace& trace) {
 AsyncSegmenterOptions options_of(HandOver hand_over) {
   AsyncSegmenterOptions options;
   options.hand_over = hand_over;
-  options.max_wait_s = 100e-6;
   return options;
 }
 
@@ -156,22 +155,18 @@ TEST(AsyncSegmenterStress, WaitLosesNoFrameAndKeepsTheOrder) {
   EXPECT_EQ(host.thrown.size(), trace.failed);
 }
 
-class MayLackMasks : public ::testing::TestWithParam<HandOver> {};
-
-TEST_P(MayLackMasks, MasksBelongToTheFrameOrNeverGoBack) {
-  const bool is_latest = GetParam() == HandOver::latest;
+TEST(AsyncSegmenterStress, NewestMasksNeverGoBack) {
   Trace trace;
-  Host host(trace, options_of(GetParam()));
+  Host host(trace, options_of(HandOver::latest));
   std::uint64_t last_masks = 0, with_masks = 0;
   for (std::uint64_t id = 0; id < cycles; ++id) {
     host.submit(id);
     dawdle(hash_of(id));
-    if (!is_latest && id % 3 == 2) continue;
     const std::optional<Segmentation> masks = host.collect(id);
     if (!masks) continue;
     expect_sound(*masks);
     ASSERT_LE(masks->frame_id, id);
-    ASSERT_GE(masks->frame_id, is_latest ? last_masks : id);
+    ASSERT_GE(masks->frame_id, last_masks);
     last_masks = masks->frame_id;
     ++with_masks;
   }
@@ -180,13 +175,8 @@ TEST_P(MayLackMasks, MasksBelongToTheFrameOrNeverGoBack) {
   EXPECT_GT(with_masks, 0U);
 }
 
-INSTANTIATE_TEST_SUITE_P(AsyncSegmenterStress, MayLackMasks,
-                         ::testing::Values(HandOver::limited_wait, HandOver::drop,
-                                           HandOver::latest));
-
 TEST(AsyncSegmenterStress, SurvivesDestructionAndRestartMidRun) {
-  for (const HandOver hand_over :
-       {HandOver::wait, HandOver::limited_wait, HandOver::latest, HandOver::drop}) {
+  for (const HandOver hand_over : {HandOver::wait, HandOver::latest}) {
     Trace trace;
     std::uint64_t id = 0;
     for (int life = 0; life < 60; ++life) {
@@ -213,8 +203,7 @@ TEST(AsyncSegmenterStress, SurvivesDestructionAndRestartMidRun) {
 
 /// One thread submits, one collects, one reads statistics and resets.
 TEST(AsyncSegmenterStress, ServesSeveralThreads) {
-  for (const HandOver hand_over :
-       {HandOver::wait, HandOver::limited_wait, HandOver::latest, HandOver::drop}) {
+  for (const HandOver hand_over : {HandOver::wait, HandOver::latest}) {
     Trace trace;
     Host host(trace, options_of(hand_over));
     std::atomic<std::uint64_t> last{0};

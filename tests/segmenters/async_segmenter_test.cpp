@@ -51,31 +51,6 @@ TEST(AsyncSegmenter, CollectDiscardsEarlierFrames) {
   expect_sum(async.segmenter.statistics());
 }
 
-// --- limited_wait --------------------------------------------------------------------------------
-
-TEST(AsyncSegmenter, WaitsNoLongerThanAsked) {
-  Async async(options_of(HandOver::limited_wait, 0.001));
-  async.submit_and_await(1);
-  EXPECT_FALSE(async.segmenter.collect(1).has_value());
-  async.finish_one_then_start(2);
-  expect_masks_of(async.segmenter.collect(1), 1);  // late, but available
-  EXPECT_FALSE(async.segmenter.collect(2).has_value());
-}
-
-TEST(AsyncSegmenter, DoesNotWaitForAFrameThatWasReplaced) {
-  Async async(options_of(HandOver::limited_wait, for_ever_s));
-  async.submit_and_await(1);
-  async.submit(2);
-  auto masks = std::async(std::launch::async, [&] { return async.segmenter.collect(2); });
-  masks.wait_for(std::chrono::milliseconds(20));  // so that it very probably waits
-  async.submit(3);
-  EXPECT_FALSE(masks.get().has_value());
-  EXPECT_FALSE(async.segmenter.collect(2).has_value());
-  async.gate->open_for_good();
-  expect_masks_of(async.segmenter.collect(3), 3);
-  EXPECT_EQ(async.gate->arrivals(), (Ids{1, 3}));
-}
-
 // --- latest --------------------------------------------------------------------------------------
 
 TEST(AsyncSegmenter, LatestReturnsTheNewestFinishedMasks) {
@@ -109,21 +84,6 @@ TEST(AsyncSegmenter, LatestDropsMasksThatAreTooOld) {
   patient.finish_one_then_start(2);
   patient.submit(100000);
   expect_masks_of(patient.segmenter.collect(100000), 1);
-}
-
-// --- drop ----------------------------------------------------------------------------------------
-
-TEST(AsyncSegmenter, DropReturnsTheFramesOwnMasksOrNone) {
-  Async async(options_of(HandOver::drop));
-  async.submit_and_await(1);
-  EXPECT_FALSE(async.segmenter.collect(1).has_value());
-  async.finish_one_then_start(2);
-  expect_masks_of(async.segmenter.collect(1), 1);
-  EXPECT_FALSE(async.segmenter.collect(2).has_value());
-  async.submit(3);
-  async.finish_one_then_start(4);  // 3 was replaced
-  EXPECT_FALSE(async.segmenter.collect(3).has_value());
-  EXPECT_EQ(async.gate->arrivals(), (Ids{1, 2, 4}));
 }
 
 // --- Ownership of images -------------------------------------------------------------------------
@@ -168,7 +128,7 @@ TEST(AsyncSegmenter, IdsMayRepeatAndGoBackwards) {
 }
 
 TEST(AsyncSegmenter, ResetDiscardsMasksAndErrors) {
-  for (const HandOver hand_over : {HandOver::wait, HandOver::latest, HandOver::drop}) {
+  for (const HandOver hand_over : {HandOver::wait, HandOver::latest}) {
     Async async(options_of(hand_over), failing_on({2, 3}));
     async.submit_and_await(1);
     async.finish_one_then_start(2);
@@ -296,47 +256,39 @@ TEST(AsyncSegmenterDeathTest, EndsBeforeStaticObjectsThatItUses) {
 // --- Errors of the network and of the caller -----------------------------------------------------
 
 TEST(AsyncSegmenter, RethrowsAnErrorOfTheNetworkOnce) {
-  for (const HandOver hand_over : {HandOver::wait, HandOver::limited_wait}) {
-    Async async(options_of(hand_over), failing_on({1}));
-    async.gate->open_for_good();
-    async.submit(1);
-    expect_error<std::out_of_range>([&] { async.segmenter.collect(1); }, "no memory for frame 1");
-    EXPECT_FALSE(async.segmenter.collect(1).has_value());
-    async.submit(2);
-    expect_masks_of(async.segmenter.collect(2), 2);
-    EXPECT_EQ(async.segmenter.statistics().failed, 1U);
-    expect_sum(async.segmenter.statistics());
-  }
+  Async async(options_of(HandOver::wait), failing_on({1}));
+  async.gate->open_for_good();
+  async.submit(1);
+  expect_error<std::out_of_range>([&] { async.segmenter.collect(1); }, "no memory for frame 1");
+  EXPECT_FALSE(async.segmenter.collect(1).has_value());
+  async.submit(2);
+  expect_masks_of(async.segmenter.collect(2), 2);
+  EXPECT_EQ(async.segmenter.statistics().failed, 1U);
+  expect_sum(async.segmenter.statistics());
+}
+
+TEST(AsyncSegmenter, ThrowsTheFirstErrorUpToAFrame) {
+  Async async(options_of(HandOver::wait), failing_on({1, 2, 4}));
+  async.gate->open_for_good();
+  for (const std::uint64_t id : {1U, 2U, 3U, 4U}) async.submit(id);
+  async.gate->await_arrivals(4);
+  expect_error<std::out_of_range>([&] { async.segmenter.collect(3); }, "frame 1");
+  expect_masks_of(async.segmenter.collect(3), 3);
+  expect_error<std::out_of_range>([&] { async.segmenter.collect(4); }, "frame 4");
 }
 
 TEST(AsyncSegmenter, LateErrorsReachTheNextCall) {
-  for (const HandOver hand_over : {HandOver::latest, HandOver::drop, HandOver::limited_wait}) {
-    Async async(options_of(hand_over, 0.0), failing_on({2, 3}));
-    async.submit_and_await(1);
-    async.finish_one_then_start(2);
-    async.segmenter.collect(2);  // frame 2 runs and will fail
-    async.finish_one_then_start(3);
-    async.finish_one_then_start(4);
-    expect_error<std::out_of_range>([&] { async.segmenter.collect(4); }, "frame 2");
-    const std::optional<Segmentation> masks = async.segmenter.collect(4);
-    if (hand_over == HandOver::latest) {
-      expect_masks_of(masks, 1);
-    } else {
-      EXPECT_FALSE(masks.has_value());
-    }
-    EXPECT_EQ(async.segmenter.statistics().failed, 2U);
-  }
-}
-
-TEST(AsyncSegmenter, ReportsTheFirstOfSeveralErrors) {
-  Async async(options_of(HandOver::drop), failing_on({1, 2}));
+  Async async(options_of(HandOver::latest), failing_on({2, 3}));
   async.submit_and_await(1);
   async.finish_one_then_start(2);
-  for (std::uint64_t id = 3; id <= 20; ++id) async.submit(id);  // 1 is forgotten while 2 runs
-  async.gate->open();
-  async.gate->await_arrivals(3);
-  expect_error<std::out_of_range>([&] { async.segmenter.collect(20); }, "frame 1");
-  EXPECT_FALSE(async.segmenter.collect(20).has_value());
+  async.segmenter.collect(2);  // frame 2 runs and will fail
+  async.finish_one_then_start(3);
+  async.finish_one_then_start(4);
+  for (std::uint64_t id = 5; id <= 20; ++id) async.submit(id);
+  expect_error<std::out_of_range>([&] { async.segmenter.collect(20); }, "frame 2");
+  expect_masks_of(async.segmenter.collect(20), 1);
+  EXPECT_EQ(async.segmenter.statistics().failed, 2U);
+  EXPECT_EQ(async.segmenter.statistics().replaced, 15U);
 }
 
 TEST(AsyncSegmenter, RefusesAMalformedResultOfTheNetwork) {
@@ -350,27 +302,21 @@ TEST(AsyncSegmenter, RefusesAMalformedResultOfTheNetwork) {
 
 TEST(AsyncSegmenter, RefusesMisuse) {
   expect_error<std::invalid_argument>([] { AsyncSegmenter(nullptr); }, "no segmenter");
-  for (const double wrong : {-0.1, 3601.0, std::nan("")}) {
-    expect_error<std::invalid_argument>([&] { Async(options_of(HandOver::limited_wait, wrong)); },
-                                        "max_wait_s");
-  }
   for (const double wrong : {-0.1, std::nan("")}) {
     AsyncSegmenterOptions options;
     options.max_age_s = wrong;
     expect_error<std::invalid_argument>([&] { Async async(options); }, "max_age_s");
   }
-  expect_error<std::invalid_argument>([] { Async async(options_of(static_cast<HandOver>(4))); },
-                                      "hand_over = 4");
+  expect_error<std::invalid_argument>([] { Async async(options_of(static_cast<HandOver>(2))); },
+                                      "hand_over = 2");
 
-  for (const HandOver hand_over : {HandOver::wait, HandOver::limited_wait, HandOver::drop}) {
-    Async async(options_of(hand_over));
-    expect_error<std::invalid_argument>([&] { async.segmenter.collect(5); }, "frame 5");
-    FrameView timeless = numbered_frame(5);
-    timeless.timestamp_s = std::nan("");
-    expect_error<std::invalid_argument>([&] { async.segmenter.submit(timeless); }, "timestamp_s");
-    EXPECT_EQ(async.segmenter.statistics().submitted, 0U);
-    expect_error<std::invalid_argument>([&] { async.segmenter.collect(5); }, "frame 5");
-  }
+  Async async(options_of(HandOver::wait));
+  expect_error<std::invalid_argument>([&] { async.segmenter.collect(5); }, "frame 5");
+  FrameView timeless = numbered_frame(5);
+  timeless.timestamp_s = std::nan("");
+  expect_error<std::invalid_argument>([&] { async.segmenter.submit(timeless); }, "timestamp_s");
+  EXPECT_EQ(async.segmenter.statistics().submitted, 0U);
+  expect_error<std::invalid_argument>([&] { async.segmenter.collect(5); }, "frame 5");
 }
 
 }  // namespace

@@ -15,17 +15,13 @@ namespace dynfilter {
 
 /// Policy of AsyncSegmenter::collect for masks that are not ready.
 enum class HandOver : std::uint8_t {
-  wait,          ///< waits for the frame's masks without limit: the paper's synchronous hand-over
-  limited_wait,  ///< waits for the frame's masks for max_wait_s, then returns none
-  latest,        ///< never waits: returns the newest masks, of any frame
-  drop,          ///< never waits: returns the frame's own masks, or none
+  wait,   ///< waits for the frame's masks without limit: the paper's synchronous hand-over
+  latest  ///< never waits: returns the newest masks, of any frame
 };
 
 /// Options of AsyncSegmenter.
 struct AsyncSegmenterOptions {
   HandOver hand_over = HandOver::latest;  ///< policy for masks that are not ready
-  /// Longest wait of collect, seconds, 0 to 3600. HandOver::limited_wait only.
-  double max_wait_s = 0.03;
   /// Largest difference in time between the masks and the frame submitted last, seconds. Older
   /// masks count as unknown, so that a network that stalls or fails does not leave its last masks
   /// in place for ever. Infinity keeps them. HandOver::latest only.
@@ -51,7 +47,8 @@ struct AsyncSegmenterStatistics {
 
 /// Runs a segmenter in a thread beside the tracker (paper section 3.1). The host submits a frame,
 /// extracts its features while the network works, then collects the frame's masks by its id.
-/// HandOver::wait loses no frame; with the others, a newer frame replaces one that still waits.
+/// HandOver::wait loses no frame; with HandOver::latest, a newer frame replaces one that still
+/// waits.
 ///
 /// The segmenter is used by this object's thread only, and may reuse its memory. Results of collect
 /// share pixels: do not draw into them. The destructor waits for the running inference, and so does
@@ -60,8 +57,7 @@ struct AsyncSegmenterStatistics {
 /// destructor throw std::runtime_error.
 class AsyncSegmenter {
  public:
-  /// Limit of frames that are submitted and not collected (HandOver::wait), or remembered without
-  /// being collected (the other policies).
+  /// Limit of frames that are submitted and not collected with HandOver::wait.
   static constexpr std::size_t max_uncollected = 8;
 
   /// Starts the thread. Throws std::invalid_argument for a null segmenter and for options out of
@@ -79,16 +75,14 @@ class AsyncSegmenter {
   /// frames are not collected. The frame is then not submitted. O(pixels).
   void submit(const FrameView& frame);
 
-  /// Returns the masks of a submitted frame, or with HandOver::latest, which ignores the id, the
-  /// newest masks. Gives up frames submitted before it, except with HandOver::latest. An id that
-  /// was submitted twice means the last submission. std::nullopt, "no masks are known": they are
-  /// not ready, too old, or never come, because of a newer frame, an error thrown before, or
-  /// reset().
+  /// Returns the masks of a submitted frame, and gives up frames submitted before it; an id that
+  /// was submitted twice means the last submission. With HandOver::latest, which ignores the id,
+  /// the newest masks. std::nullopt, "no masks are known": there are none yet, they are too old, or
+  /// never come, because of an error thrown before or reset().
   ///
   /// Throws what the network threw at this frame, or the first error of an earlier frame (with
   /// HandOver::latest of any frame) that no call has thrown yet: each once, unchanged. Throws
-  /// std::invalid_argument for a frame that was not submitted since reset(), was given up, or,
-  /// except with HandOver::wait, is not among the last max_uncollected ones.
+  /// std::invalid_argument for a frame that was not submitted since reset(), or was given up.
   std::optional<Segmentation> collect(std::uint64_t frame_id);
 
   /// Forgets all frames, masks and unthrown errors, for a host that starts anew. A running
