@@ -40,13 +40,9 @@ inline void require_host_image(const cv::Mat& image) {
 /// that type.
 inline cv::Mat in_bgr(const cv::Mat& image, bool is_rgb) {
   if (image.channels() == 1 || (image.channels() == 3 && !is_rgb)) return image;
-  const bool has_alpha = image.channels() == 4;
+  const int from_rgb = image.channels() == 4 ? cv::COLOR_RGBA2BGR : cv::COLOR_RGB2BGR;
   cv::Mat bgr;
-  if (is_rgb) {
-    cv::cvtColor(image, bgr, has_alpha ? cv::COLOR_RGBA2BGR : cv::COLOR_RGB2BGR);
-  } else {
-    cv::cvtColor(image, bgr, cv::COLOR_BGRA2BGR);
-  }
+  cv::cvtColor(image, bgr, is_rgb ? from_rgb : cv::COLOR_BGRA2BGR);
   return bgr;
 }
 
