@@ -5,6 +5,7 @@
 
 #include "dynfilter/dynfilter.hpp"
 #include "dynfilter/plugin.hpp"
+#include "plugin/stereo_depths.hpp"
 #include "support/host_frame.hpp"
 #include "support/test.hpp"
 
