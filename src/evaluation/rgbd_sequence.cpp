@@ -21,192 +21,35 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/evaluation/association.hpp"
+#include "evaluation/image_lists.hpp"
 #include "io/file_error.hpp"
-#include "io/frame_names.hpp"
 #include "io/image_file.hpp"
-#include "io/text_table.hpp"
 
 namespace dynfilter {
 namespace {
 
 namespace fs = std::filesystem;
+using detail::by_name;
+using detail::ImageLists;
+using detail::ListedFrame;
+using detail::ListedImage;
 
-/// An image as a list names it.
-struct ListedImage {
-  double time_s = 0;
-  std::string file;  // as written; empty: no image
-  fs::path path;
-  fs::path list;         // or the folder, for an image that no list names
-  std::size_t line = 0;  // 0: no list
-};
-
-struct ListedFrame {
-  ListedImage image;
-  ListedImage depth;  // without a file, if it is not listed beside the image
-};
-
-/// The lists of a folder, before images are paired.
-struct ImageLists {
-  bool are_pairs = false;  // of associations.txt
-  std::vector<ListedFrame> frames;
-  std::vector<ListedFrame> depths;  // images of depth.txt, to be paired with those of the frames
-
-  bool has_depth() const { return are_pairs || !depths.empty(); }
-};
-
-/// Reads a list of times and files, two a row for pairs; the files lie in the folder. Refuses a
-/// time that occurs twice, and times that are no seconds.
-std::vector<ListedFrame> read_list(const fs::path& list, const fs::path& folder,
-                                   bool of_pairs = false) {
-  detail::require_regular_file(list);
-  detail::TableReader table(list);
-  const auto listed_image = [&](std::size_t column) {
-    const std::string& file = table.text(column + 1);
-    return ListedImage{table.time(column), file, folder / file, list, table.line()};
-  };
-  std::vector<ListedFrame> frames;
-  std::map<std::int64_t, std::size_t> lines;  // by time
-  std::vector<double> times;
-  std::vector<std::string> cells;  // the times as they are written
-  while (table.next()) {
-    table.require_columns(of_pairs ? 4 : 2,
-                          of_pairs
-                              ? "4: time and file of the colour image, time and file of the depth"
-                              : "2: time, file");
-    ListedFrame& frame = frames.emplace_back();
-    frame.image = listed_image(0);
-    if (of_pairs) frame.depth = listed_image(2);
-    times.push_back(frame.image.time_s);
-    cells.push_back(table.text(0));
-    const auto [found, is_new] = lines.emplace(detail::microseconds(times.back()), table.line());
-    if (is_new) continue;
-    table.fail(detail::concatenate("time ", detail::time_text(times.back()), " is in line ",
-                                   found->second, " already"));
-  }
-  if (detail::are_too_far_apart(times)) detail::throw_file_error(list, detail::far_apart_text);
-  if (detail::are_numbers(cells)) {
-    detail::throw_file_error(list, "its times number the frames; want seconds, as 1.0 and 2.0");
-  }
-  if (frames.empty()) {
-    detail::throw_file_error(list, of_pairs ? "lists no pair of images" : "lists no image");
-  }
-  return frames;
-}
-
-/// Returns the images of a folder, in the order of their names; without any, those of its folders,
-/// but for depth and masks.
-std::vector<fs::path> image_files(const fs::path& folder, std::set<fs::path>& seen) {
-  std::vector<fs::path> files, folders;
-  if (!seen.insert(fs::canonical(folder)).second) return files;  // a link to a folder around it
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string name = detail::lower_case(entry.path().filename().string());
-    const bool is_other =
-        name[0] == '.' || name.rfind("depth", 0) == 0 || name.rfind("mask", 0) == 0;
-    if (entry.is_directory()) {
-      if (!is_other) folders.push_back(entry.path());
-    } else if (detail::is_image_name(entry.path()) && entry.is_regular_file()) {
-      files.push_back(entry.path());
-    }
-  }
-  if (files.empty()) {
-    std::sort(folders.begin(), folders.end());
-    std::stable_partition(folders.begin(), folders.end(),
-                          [](const fs::path& inner) { return !fs::is_symlink(inner); });
-    for (const fs::path& inner : folders) {
-      for (fs::path& file : image_files(inner, seen)) files.push_back(std::move(file));
-    }
-  }
-  std::sort(files.begin(), files.end());
-  return files;
-}
-
-std::vector<fs::path> image_files(const fs::path& folder) {
-  std::set<fs::path> seen;
-  return image_files(folder, seen);
-}
-
-/// Returns images by the times in their names, or else as 30 a second.
-std::vector<ListedFrame> by_name(const std::vector<fs::path>& files, const fs::path& folder) {
-  constexpr double frame_s = 1.0 / 30;
-  std::vector<std::string> stems;
-  std::map<std::int64_t, fs::path> times;
-  for (const fs::path& file : files) {
-    stems.push_back(file.stem().string());
-    if (const auto time_s = detail::time_of_name(stems.back()))
-      times.emplace(detail::microseconds(*time_s), file);
-  }
-  const bool are_times = times.size() == files.size() && !detail::are_numbers(stems);
-  std::vector<ListedFrame> frames;
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    const double time_s =
-        are_times ? *detail::time_of_name(stems[i]) : static_cast<double>(i) * frame_s;
-    const std::string file = files[i].lexically_relative(folder).string();
-    frames.push_back({{time_s, file, files[i], folder, 0}, {}});
-  }
-  return frames;
-}
-
-/// Returns the images of a sequence of KITTI's odometry, whose times are in a file of their own.
-std::vector<ListedFrame> read_kitti(const fs::path& folder) {
-  fs::path images = folder / "image_2";
-  if (!detail::exists(images)) images = folder / "image_0";
-  if (!detail::exists(images)) {
-    detail::throw_file_error(folder, "holds times.txt, but neither image_2 nor image_0");
-  }
-  std::vector<ListedFrame> frames = by_name(image_files(images), images);
-  detail::require_regular_file(folder / "times.txt");
-  detail::TableReader table(folder / "times.txt");
-  std::size_t i = 0;
-  for (; table.next(); ++i) {
-    if (i < frames.size()) frames[i].image.time_s = table.time(0);
-  }
-  if (i != frames.size() || frames.empty()) {
-    detail::throw_file_error(table.path(),
-                             detail::concatenate("has ", i, " times for the ", frames.size(),
-                                                 " images in ", images.string()));
-  }
-  return frames;
-}
-
-/// Reads the lists of TUM, EuRoC's csv or KITTI's times, or takes the images of a plain folder by
-/// their names.
-ImageLists read_image_lists(const fs::path& folder) {
-  const auto has = [&](const fs::path& file) { return detail::exists(folder / file); };
-  if (has("associations.txt")) {
-    return {true, read_list(folder / "associations.txt", folder, true), {}};
-  }
-  if (has("rgb.txt")) {
-    ImageLists lists{false, read_list(folder / "rgb.txt", folder), {}};
-    if (has("depth.txt")) lists.depths = read_list(folder / "depth.txt", folder);
-    return lists;
-  }
-  for (const fs::path camera : {"mav0/cam0", "cam0", ""}) {
-    if (!has(camera / "data.csv")) continue;
-    return {false, read_list(folder / camera / "data.csv", folder / camera / "data"), {}};
-  }
-  if (has("times.txt")) return {false, read_kitti(folder), {}};
-  ImageLists lists{false, by_name(image_files(folder), folder), {}};
-  if (lists.frames.empty()) {
-    detail::throw_file_error(
-        folder,
-        "holds neither associations.txt nor rgb.txt, EuRoC's data.csv, KITTI's "
-        "times.txt or images");
-  }
-  return lists;
-}
-
-/// Pairs the images by time, unless they are pairs that no offset moves, or of colour only.
+/// Returns the frames with depth: the pairs, if no offset moves them, or images paired by time;
+/// or all, of colour only.
 std::vector<ListedFrame> frames_of(const fs::path& folder, ImageLists lists,
                                    const RgbdSequenceOptions& options, double offset_s) {
-  if (lists.are_pairs ? offset_s == 0 : lists.depths.empty()) return std::move(lists.frames);
+  if (!lists.has_depth()) return std::move(lists.frames);
+  std::vector<ListedFrame> pairs;
   std::vector<double> times, depth_times;
-  for (const ListedFrame& frame : lists.frames) times.push_back(frame.image.time_s + offset_s);
-  if (lists.are_pairs) {
-    std::set<std::int64_t> seen;
-    for (const ListedFrame& frame : lists.frames) {
-      const bool is_new = seen.insert(detail::microseconds(frame.depth.time_s)).second;
-      if (is_new) lists.depths.push_back({frame.depth, {}});
-    }
+  for (const ListedFrame& frame : lists.frames) {
+    times.push_back(frame.image.time_s + offset_s);
+    if (!frame.depth.file.empty()) pairs.push_back(frame);
+  }
+  if (lists.are_pairs && offset_s == 0) return pairs;
+  std::set<std::int64_t> seen;
+  for (const ListedFrame& frame : pairs) {
+    const bool is_new = seen.insert(detail::microseconds(frame.depth.time_s)).second;
+    if (is_new) lists.depths.push_back({frame.depth, {}});
   }
   for (const ListedFrame& depth : lists.depths) depth_times.push_back(depth.image.time_s);
   std::vector<ListedFrame> frames;
@@ -214,12 +57,25 @@ std::vector<ListedFrame> frames_of(const fs::path& folder, ImageLists lists,
     frames.push_back({lists.frames[i].image, lists.depths[j].image});
   }
   if (!frames.empty()) return frames;
-  const std::string names = lists.are_pairs ? "associations.txt" : "rgb.txt and depth.txt";
-  const std::string moved =
+  const double begin_s = *std::min_element(times.begin(), times.end()) - offset_s,
+               depth_begin_s = *std::min_element(depth_times.begin(), depth_times.end()),
+               apart_s = depth_begin_s - begin_s;
+  std::string why =
       offset_s == 0 ? "" : detail::concatenate(" with a depth offset of ", offset_s, " s");
+  why += ": images begin at " + detail::time_text(begin_s) + ", depth at " +
+         detail::time_text(depth_begin_s);
+  if (std::abs(apart_s) > options.max_time_difference_s) {
+    const std::string apart = detail::fixed_decimals(apart_s, 3);
+    why += ", by another clock? " +
+           (std::abs(apart_s) <= max_depth_offset_s
+                ? "If so: --depth-offset " + apart
+                : "If so, move its list: awk '{$1 = sprintf(\"%.6f\", $1 - (" + apart +
+                      ")); print}' depth.txt");
+  }
+  const std::string names = lists.are_pairs ? "associations.txt" : "rgb.txt and depth.txt";
   detail::throw_file_error(
       folder, detail::concatenate("no image of ", names, " lie ", options.max_time_difference_s,
-                                  " s apart or less", moved));
+                                  " s apart or less", why));
 }
 
 /// Adds the images without depth: those of the lists, and those that lie beside the frames'.
@@ -235,7 +91,9 @@ void add_unpaired(std::vector<ListedFrame> others, std::vector<ListedFrame>& fra
     folders.insert(frame.image.path.parent_path());
   }
   for (const fs::path& folder : folders) {
-    for (ListedFrame& beside : by_name(image_files(folder), folder)) others.push_back(beside);
+    for (ListedFrame& beside : by_name(detail::find_images(folder).colour, folder)) {
+      others.push_back(beside);
+    }
   }
   for (const ListedFrame& other : others) {
     const bool is_file = fs::is_regular_file(other.image.path);
@@ -297,6 +155,15 @@ RgbdSequenceEntry entry_of(const ListedFrame& frame) {
       "Camera.width: 640\nCamera.height: 480\nCamera.fps: 30.0\nDepthMapFactor: 5000.0\n");
 }
 
+/// Returns the camera file of a folder: ours, or where depth needs it the one of Open3D or NeRF.
+fs::path own_camera(const fs::path& folder, bool has_depth) {
+  for (const char* name : {"camera_intrinsic.json", "intrinsic.json", "transforms.json"}) {
+    const bool is_used = has_depth && !detail::exists(folder / "camera.yaml");
+    if (is_used && detail::exists(folder / name)) return folder / name;
+  }
+  return folder / "camera.yaml";
+}
+
 }  // namespace
 
 RgbdSequence::RgbdSequence(const fs::path& folder, const RgbdSequenceOptions& options)
@@ -308,12 +175,17 @@ RgbdSequence::RgbdSequence(const fs::path& folder, const RgbdSequenceOptions& op
           "seconds, at least 0");
   require(std::abs(offset_s) <= max_depth_offset_s, "depth_offset_s", offset_s,
           "seconds within ±10");
+  if (!detail::exists(folder)) detail::throw_file_error(folder, "there is no such folder");
   if (detail::type_of(folder) != fs::file_type::directory) {
-    detail::throw_file_error(folder, "there is no such folder");
+    const std::string advice = detail::advice_for(folder);
+    detail::throw_file_error(folder, "is a file; want a folder of images" +
+                                         (advice.empty() ? advice : ". It is " + advice));
   }
 
-  ImageLists lists = read_image_lists(folder);
-  camera_file_ = options.camera_file.empty() ? folder / "camera.yaml" : options.camera_file;
+  ImageLists lists = detail::read_image_lists(folder);
+  note_ = lists.note;
+  camera_file_ =
+      options.camera_file.empty() ? own_camera(folder, lists.has_depth()) : options.camera_file;
   const bool is_name = known_camera(camera_file_.string()).has_value();
   if (is_name || detail::exists(camera_file_)) {
     camera_ = read_camera(camera_file_);

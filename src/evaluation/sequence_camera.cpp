@@ -3,13 +3,20 @@
 
 #include "dynfilter/evaluation/sequence_camera.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "dynfilter/detail/number_text.hpp"
 #include "io/camera_keys.hpp"
 #include "io/file_error.hpp"
+#include "io/json_members.hpp"
 #include "io/yaml_file.hpp"
 
 namespace dynfilter {
@@ -36,10 +43,59 @@ std::optional<SequenceCamera> known_camera(const std::string& name) {
   return {};
 }
 
+namespace {
+
+/// Reads the camera of Open3D's recordings, a matrix by columns, or of NeRF's transforms.json.
+SequenceCamera read_json_camera(const std::filesystem::path& path) {
+  detail::require_regular_file(path);
+  std::ifstream stream(path, std::ios::binary);
+  const auto members = detail::json_members({std::istreambuf_iterator<char>(stream), {}});
+  const auto text = [&](const std::string& name) {
+    const auto found = members.find('"' + name + '"');
+    return found == members.end() ? std::string() : found->second;
+  };
+  const auto number = [&](const char* name) {
+    const double value = detail::parse_number(text(name)).value_or(0);
+    const bool is_usual = value == 0 || (std::abs(value) > 1e-12 && std::abs(value) < 1e6);
+    if (is_usual && (text(name).empty() || detail::parse_number(text(name)))) return value;
+    detail::throw_file_error(path, std::string(name) + ": got " + text(name) + "; want a number");
+  };
+  if (text("camera_model").find("FISHEYE") != std::string::npos) {
+    detail::throw_file_error(path, "camera_model: got " + text("camera_model") +
+                                       "; want a pinhole camera: undistort the images");
+  }
+  SequenceCamera camera{{number("fl_x"), number("fl_y"), number("cx"), number("cy"), number("k1"),
+                         number("k2"), number("p1"), number("p2"), number("k3")},
+                        {static_cast<int>(number("w") + number("width")),
+                         static_cast<int>(number("h") + number("height"))},
+                        0,
+                        number("depth_scale") > 0 ? number("depth_scale") : 1000,
+                        0};
+  const std::string matrix = text("intrinsic_matrix");
+  std::vector<double> m;
+  for (std::size_t begin = 1; begin < matrix.size() && m.size() < 9;) {
+    const std::size_t end = std::min(matrix.find_first_of(",]", begin), matrix.size());
+    m.push_back(detail::parse_number(matrix.substr(begin, end - begin)).value_or(0));
+    begin = end + 1;
+  }
+  if (m.size() == 9) camera.fx = m[0], camera.fy = m[4], camera.cx = m[6], camera.cy = m[7];
+  if (camera.fy == 0) camera.fy = camera.fx;
+  if (!(camera.fx > 0 && camera.fy > 0 && camera.cx > 0 && camera.cy > 0)) {
+    detail::throw_file_error(path,
+                             "has neither intrinsic_matrix, as Open3D's, nor fl_x, cx and cy, as "
+                             "NeRF's, at its top; write camera.yaml, or name a --camera");
+  }
+  if (camera.image_size.empty()) camera.image_size = {};
+  return camera;
+}
+
+}  // namespace
+
 SequenceCamera read_camera(const std::filesystem::path& path) {
   if (!detail::exists(path)) {
     if (const std::optional<SequenceCamera> known = known_camera(path.string())) return *known;
   }
+  if (path.extension() == ".json") return read_json_camera(path);
   const detail::YamlFile file(path);
   if (file.keys().empty()) file.refuse("holds no keys such as Camera.fx");
   const std::string prefix = detail::camera_prefix(file);

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <system_error>
 
 namespace dynfilter::detail {
@@ -55,6 +56,16 @@ inline void require_regular_file(const std::filesystem::path& path) {
   if (type == std::filesystem::file_type::regular) return;
   const bool is_there = type != std::filesystem::file_type::not_found;
   throw_file_error(path, is_there ? "is not a regular file" : "there is no such file");
+}
+
+/// Says what lies in place of an image or a model, by its first bytes; empty if that is unknown.
+inline std::string in_place_of(std::string_view bytes) {
+  const auto begins = [&](std::string_view with) { return bytes.substr(0, with.size()) == with; };
+  if (begins("version https://git-lfs")) {
+    return "is a pointer of Git LFS, not the file: run git lfs pull where it comes from";
+  }
+  const bool is_page = begins("<!DOCTYPE html") || begins("<!doctype html") || begins("<html");
+  return is_page ? "is a web page, not the file: download it anew" : "";
 }
 
 }  // namespace dynfilter::detail

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -22,6 +23,28 @@ namespace dynfilter::detail {
 inline std::string lower_case(std::string text) {
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return text;
+}
+
+/// Orders names as people do: a number in them counts by its value, so that 10 comes after 9.
+inline bool is_before(const std::string& a, const std::string& b) {
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  const auto number_at = [&](const std::string& name, std::size_t& at) {
+    while (at < name.size() && name[at] == '0') ++at;
+    const std::size_t begin = at;
+    while (at < name.size() && is_digit(name[at])) ++at;
+    return name.substr(begin, at - begin);
+  };
+  std::size_t i = 0, j = 0;
+  while (i < a.size() && j < b.size()) {
+    if (!is_digit(a[i]) || !is_digit(b[j])) {
+      if (a[i] != b[j]) return a[i] < b[j];
+      ++i, ++j;
+      continue;
+    }
+    const std::string x = number_at(a, i), y = number_at(b, j);
+    if (x != y) return x.size() == y.size() ? x < y : x.size() < y.size();
+  }
+  return i == a.size() && j == b.size() ? a < b : i == a.size();
 }
 
 /// Tells whether a file is called like an image that OpenCV reads. O(extension).

@@ -114,6 +114,9 @@ inline std::vector<std::uint8_t> read_bytes(const std::filesystem::path& path) {
 inline cv::Mat decode_image(const std::filesystem::path& path,
                             const std::vector<std::uint8_t>& bytes, int flags,
                             cv::Size frame = {}) {
+  const std::string other =
+      in_place_of({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  if (!other.empty()) throw_file_error(path, other);
   require_bounded(size_in_header(bytes), frame, path);
   cv::Mat image;
   try {
@@ -131,13 +134,16 @@ inline cv::Mat read_image(const std::filesystem::path& path, int flags, cv::Size
 }
 
 /// Returns the pixels of a mask or of depth at the size of the image that they belong to: those of
-/// the same shape, to a pixel, by the nearest neighbour. Throws std::runtime_error that names the
-/// file for another shape, and says what it may be; `advice` is for sizes of networks' inputs.
+/// the same shape, to a pixel or half a percent, by the nearest neighbour. Throws
+/// std::runtime_error that names the file for another shape, and says what it may be; `advice` is
+/// for sizes of networks' inputs.
 inline cv::Mat fitted(const cv::Mat& pixels, cv::Size size, const std::filesystem::path& path,
                       const std::string& of, const char* advice) {
   if (pixels.size() == size) return pixels;
   const auto is_alike = [&](std::int64_t width, std::int64_t height) {
-    return std::abs(width * size.height - height * size.width) <= std::max(size.width, size.height);
+    // ScanNet's depth of 640x480 belongs to images of 1296x968, whose shape is .4 % another.
+    const std::int64_t apart = std::abs(width * size.height - height * size.width);
+    return apart <= std::max(size.width, size.height) || 200 * apart <= width * size.height;
   };
   if (is_alike(pixels.cols, pixels.rows)) {
     cv::Mat resized;

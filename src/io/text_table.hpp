@@ -128,6 +128,11 @@ class TableReader {
 
   double time(std::size_t column) const {
     const double value = seconds_of(number(column, "time"));
+    if (value >= 1e6 && is_too_coarse(text(column))) {
+      fail("time: '" + text(column) +
+           "' has too few digits to tell frames apart; write "
+           "milliseconds at least, in Python by '%.6f', as 1341846434.710184");
+    }
     if (is_time_in_seconds(value)) return value;
     const char* unit = value >= 1e14 ? ", not microseconds" : ", not milliseconds";
     fail("time: got '" + text(column) + "'; want seconds" + (value > 0 ? unit : ""));
@@ -143,6 +148,13 @@ class TableReader {
   }
 
  private:
+  /// Tells whether a large number with an exponent lacks digits: 1.30503e+09 is exact to 10 s.
+  static bool is_too_coarse(const std::string& text) {
+    constexpr std::size_t enough = 13;  // of a time since 1970, to milliseconds
+    const std::size_t exponent = text.find_first_of("eE");
+    return exponent != std::string::npos && exponent < enough;
+  }
+
   static std::string trimmed(const std::string& text) {
     const std::size_t first = text.find_first_not_of(" \t\r");
     if (first == std::string::npos) return {};

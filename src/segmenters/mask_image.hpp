@@ -94,6 +94,7 @@ inline cv::Mat one_channel(const cv::Mat& pixels, const std::filesystem::path& f
 inline cv::Mat read_mask(const std::filesystem::path& file, cv::Size frame) {
   const std::vector<std::uint8_t> bytes = read_bytes(file);
   if (size_in_header(bytes).empty()) {
+    decode_image(file, bytes, cv::IMREAD_UNCHANGED);  // may know what else it is
     throw_file_error(file, "cannot be decoded: truncated, or no PNG");
   }
   const bool is_png = bytes.size() > PngHeader::end && bytes[0] == 0x89 && bytes[1] == 'P';

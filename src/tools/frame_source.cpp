@@ -108,22 +108,19 @@ class Recording final : public FrameSource {
     }
     facts_.has_true_masks = true_masks_ || !degraded_.empty();
     if (truth == Truth::by_motion) open_moving_masks();
-    if (!facts_.has_depth) {
-      facts_.note = "no depth images, so masks act alone";
-      if (detail::exists(spec.sequence / "depth")) {
-        facts_.note += "; " + (spec.sequence / "depth").string() +
-                       " is not used: neither associations.txt nor depth.txt lists its images";
-      }
-    }
+    const auto add_note = [&](const std::string& text) {
+      facts_.note += (facts_.note.empty() || text.empty() ? "" : "\n") + text;
+    };
+    add_note(sequence_.note());
+    if (!facts_.has_depth) add_note("no depth images, so masks act alone");
     if (sequence_.unpaired() > 0) {
-      facts_.note =
-          detail::concatenate(sequence_.unpaired(), " of ", sequence_.unpaired() + sequence_.size(),
-                              " images have no depth at their time, and are left out");
+      add_note(detail::concatenate(sequence_.unpaired(), " of ",
+                                   sequence_.unpaired() + sequence_.size(),
+                                   " images have no depth at their time, and are left out"));
     }
     if (const auto file = sequence_.groundtruth_file()) {
       TrajectoryFile read = read_trajectory_file(*file);
-      const std::string flaws = trajectory_note(*file, read.flaws);
-      facts_.note += (facts_.note.empty() || flaws.empty() ? "" : "\n") + flaws;
+      add_note(trajectory_note(*file, read.flaws));
       facts_.trajectory = std::move(read.trajectory);
     }
   }

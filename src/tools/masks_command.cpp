@@ -308,6 +308,7 @@ void write_mask_images(const MasksOptions& options, const RgbdSequence& sequence
 void make_masks(const MasksOptions& options) {
   const RgbdSequence sequence(options.sequence, {0.02, options.camera, options.depth_offset_s,
                                                  options.uses_depth(), !options.writes_depth()});
+  if (!sequence.note().empty()) std::fprintf(stderr, "%s\n", sequence.note().c_str());
   const Inputs inputs = inputs_of(options, sequence);
   if (options.format == labels_format) {
     write_label_maps(options, sequence, inputs);

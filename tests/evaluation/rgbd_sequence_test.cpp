@@ -67,7 +67,7 @@ TEST(RgbdSequence, ReadsColourWithoutDepth) {
   const TemporaryFolder folder;
   write_images(folder, 2);
   folder.write("rgb.txt", "2.5 rgb/2.5.png\n1.5 rgb/1.5.png\n");
-  fs::remove(folder / "camera.yaml");
+  for (const char* other : {"camera.yaml", "depth"}) fs::remove_all(folder / other);
   const RgbdSequence sequence(folder.path());
   ASSERT_EQ(sequence.size(), 2U);
   EXPECT_EQ(sequence.camera().fx, 0);
@@ -137,7 +137,7 @@ TEST(RgbdSequence, RefusesMalformedLists) {
       {"associations.txt", good + "2.5 rgb/2.5.png 2.5 depth\n", ":2: depth is missing (1 of"},
       {"rgb.txt", "", ": lists no image"},
       {"rgb.txt", "1.5 rgb/1.5.png\n1.5\n", ":2: got 1 columns; want 2"},
-      {"rgb.txt", "1.5 rgb/1.5.png\n2.5 rgb/a.png\n", ":2: rgb/a.png is missing (1 of the 2"},
+      {"rgb.txt", "1.5 rgb/1.5.png\n2.5 rgb/a.png\n", ":2: rgb/a.png is missing (1 of the 4"},
       {"depth.txt", "", ": lists no image"},
       {"depth.txt", "1.51 depth/1.51.png\n1.51 depth/2.51.png\n", ":2: time 1.510000 is in line 1"},
   };
@@ -157,7 +157,7 @@ TEST(RgbdSequence, RefusesFoldersWithoutASequence) {
   expect_error<std::runtime_error>([&] { RgbdSequence(folder / "none"); },
                                    "none: there is no such folder");
   expect_error<std::runtime_error>([&] { RgbdSequence{folder.path()}; },
-                                   "holds neither associations.txt nor rgb.txt");
+                                   "neither associations.txt nor rgb.txt");
   RgbdSequenceOptions options;
   options.max_time_difference_s = -1;
   expect_error<std::invalid_argument>([&] { RgbdSequence(folder.path(), options); },

@@ -264,6 +264,7 @@ TEST_F(ProgramInputs, DepthGetsHoles) {
   const fs::path colour = changed("colour only", true, [](const fs::path& scene) {
     fs::remove(scene / "associations.txt");
     fs::remove(scene / "depth.txt");
+    fs::remove_all(scene / "depth");
   });
   expect_refused("masks " + quoted(colour) + " --format depth --out " + quoted(out("no depth")),
                  "has no depth, which --format depth needs");

@@ -225,7 +225,7 @@ TEST_F(ProgramMaskImages, NameWhatIsMissing) {
   expect_pixels(out("kept") / (stem + ".png"), cv::Mat(240, 320, CV_8UC1, cv::Scalar(255)));
   fs::remove_all(folder / "masks");
   expect_refused("static", out("nothing"), "name masks (--masks) or a segmenter", folder);
-  for (const char* file : {"depth.txt", "associations.txt"}) fs::remove(folder / file);
+  for (const char* file : {"depth", "depth.txt", "associations.txt"}) fs::remove_all(folder / file);
   const std::string masks = " --masks " + quoted(scene() / "masks");
   expect_refused("static --refine" + masks, out("nothing"), "has no depth", folder);
   expect_masks("static" + masks, out("without depth"), folder);

@@ -149,7 +149,7 @@ TEST_F(Program, RemovesWhatMovesWithoutMasksAndReportsIt) {
   fs::remove(copy / "associations.txt");
   fs::remove(copy / "depth.txt");
   expect_mentions(succeed("run " + quoted(copy) + " --out " + quoted(out("listed"))),
-                  "depth is not used: neither associations.txt nor depth.txt lists its images");
+                  " depth images of depth/\n");
 }
 
 TEST_F(Program, NamesMissingFilesAndInvalidOptions) {

@@ -21,7 +21,8 @@ struct RgbdSequenceOptions {
   /// Largest difference in time between a colour image, moved by depth_offset_s, and its depth
   /// image, if images are paired by time.
   double max_time_difference_s = 0.02;
-  /// Camera file or name, see read_camera; empty = camera.yaml in the sequence's folder.
+  /// Camera file or name, see read_camera; empty = camera.yaml in the sequence's folder or, where
+  /// there is depth, camera_intrinsic.json, intrinsic.json or transforms.json.
   std::filesystem::path camera_file = {};
   /// Offset of the depth's stamps, seconds: a colour image of time t belongs with the depth image
   /// whose stamp is nearest to t + depth_offset_s. Positive: depth is late, a depth image shows the
@@ -48,11 +49,11 @@ struct RgbdSequenceEntry {
 /// Recorded sequence in the layout of the TUM RGB-D benchmark and of BONN RGB-D Dynamic.
 ///
 /// Its frames, in the order of time, are the rows of `associations.txt` (t_rgb rgb/… t_depth
-/// depth/…), or else the images of `rgb.txt` and `depth.txt` (t file) that `associate` pairs;
-/// without `depth.txt` it has colour only. So have the other layouts: EuRoC's data.csv (also in
-/// mav0/cam0 or cam0), KITTI's times.txt with image_2 or image_0, and a plain folder of images, or
-/// its folders but those of depth and masks, whose times are those in the names, or 30 a second.
-/// With an offset, the images of `associations.txt` are paired anew, too.
+/// depth/…), or else the images of `rgb.txt` and `depth.txt` (t file) that `associate` pairs; or
+/// those of OpenLORIS, EuRoC's data.csv (also in mav0/cam0 or cam0) or KITTI's times.txt; or else
+/// the images that lie in the folder, whose times are those in the names, or 30 a second. Depth
+/// that no list names is paired by the times, or else the numbers, in the names; see note.
+/// With an offset, pairs are paired anew, too.
 class RgbdSequence {
  public:
   /// Reads the lists and the camera file, and checks that the frames' images exist; decodes none.
@@ -92,6 +93,9 @@ class RgbdSequence {
   const std::filesystem::path& folder() const { return folder_; }
   /// Offset that the frames were paired with, seconds.
   double depth_offset_s() const { return depth_offset_s_; }
+  /// What was found without a list, as "120 colour images of color/, 118 depth images of depth/";
+  /// empty if lists name all images.
+  const std::string& note() const { return note_; }
   /// Number of listed images without a depth image, where there is depth.
   std::size_t unpaired() const { return unpaired_; }
   /// Whether the frames have depth.
@@ -115,6 +119,7 @@ class RgbdSequence {
   std::filesystem::path folder_;
   bool has_depth_ = false;
   std::size_t unpaired_ = 0;
+  std::string note_;
   std::vector<RgbdSequenceEntry> entries_;
   std::map<std::string, double> times_by_stem_;
   std::filesystem::path camera_file_;

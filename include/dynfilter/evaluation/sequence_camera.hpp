@@ -31,7 +31,8 @@ std::optional<SequenceCamera> known_camera(const std::string& name);
 /// Reads the camera from a settings file of ORB-SLAM2 or -3 (an OpenCV YAML file), or by a name of
 /// known_camera where there is no such file. Camera.fx, .fy, .cx, .cy (or Camera1.fx …) and
 /// DepthMapFactor (or RGBD.DepthMapFactor) are required; .k1, .k2, .p1, .p2, .k3, Camera.width,
-/// .height and .fps, and dynfilter.depth_offset_s are optional; other keys are ignored.
+/// .height and .fps, and dynfilter.depth_offset_s are optional; other keys are ignored. Or from
+/// Open3D's camera_intrinsic.json or NeRF's transforms.json (depth in millimetres).
 ///
 /// Throws std::runtime_error that names the file, and the key, for a file that is no OpenCV YAML
 /// file, a key that is missing, repeated or out of range, and a camera that is no pinhole with
