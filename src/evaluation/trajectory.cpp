@@ -33,18 +33,26 @@ constexpr double kitti_frame_s = 0.1;  // KITTI's odometry has ten frames a seco
 enum class Form { tum, euroc, kitti };
 
 constexpr std::size_t euroc_columns = 17;  // also velocity and biases
+constexpr std::size_t vins_columns = 11;   // also velocity; VINS ends its rows with a comma
 constexpr std::size_t kitti_columns = 12;  // the upper rows of a 4x4 matrix
+
+/// Returns the number of columns; a comma at the end of a row begins none.
+std::size_t width_of(const TableReader& table) {
+  return table.columns() - (table.text(table.columns() - 1).empty() ? 1 : 0);
+}
 
 Form form_of(const TableReader& table, std::size_t columns) {
   constexpr const char* want =
-      "8: timestamp tx ty tz qx qy qz qw; or EuRoC's 17 in each row, or KITTI's 12";
+      "8: timestamp tx ty tz qx qy qz qw; or EuRoC's 17 in each row, or KITTI's 12. If the first 8 "
+      "are these, as OpenVINS and RTAB-Map write them, keep them: cut -d' ' -f1-8 FILE";
   if (columns == kitti_columns) {
-    if (table.columns() == columns) return Form::kitti;
+    if (width_of(table) == columns) return Form::kitti;
     table.fail(concatenate("got ", table.columns(), " columns; want KITTI's 12 as above"));
   }
   table.require_columns(8, want);
-  const bool is_euroc = columns == euroc_columns;
-  if (table.columns() != columns || (columns > 8 && !is_euroc)) {
+  const bool is_vins = columns == vins_columns && table.has_separator();
+  const bool is_euroc = columns == euroc_columns || is_vins;
+  if (width_of(table) != columns || (columns > 8 && !is_euroc)) {
     table.fail(concatenate("got ", table.columns(), " columns; want ", want));
   }
   // EuRoC's and TUM-VI's motion capture has eight columns, too.
@@ -121,7 +129,7 @@ std::vector<std::pair<TimedPose, std::size_t>> read_usable_rows(TableReader& tab
   std::vector<double> times;
   std::size_t columns = 0;
   for (std::size_t index = 0; table.next(); ++index) {
-    if (index == 0) columns = table.columns();
+    if (index == 0) columns = width_of(table);
     const Form form = form_of(table, columns);
     file.has_times = form != Form::kitti;
     const auto pose = read_row(table, form, static_cast<double>(index) * kitti_frame_s, flaws);

@@ -155,7 +155,11 @@ OnnxFile read_onnx_file(const fs::path& path) {
   try {
     read_model(path, file);
   } catch (const MalformedMessage& error) {
-    throw_file_error(path, std::string("is truncated or no ONNX model: ") + error.what());
+    const std::string other = in_place_of({file.bytes.data(), file.bytes.size()});
+    if (!other.empty()) throw_file_error(path, other);
+    throw_file_error(path, std::string("is truncated or no ONNX model: ") + error.what() +
+                               "; other weights can be exported, Ultralytics' .pt by `yolo export "
+                               "model=NAME.pt format=onnx`");
   }
   return file;
 }

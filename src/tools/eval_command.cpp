@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -90,6 +91,36 @@ void add_relative_error(Evaluation& evaluation, const EvalOptions& options,
   evaluation.add("rpe_rotation", "deg", rpe.rotation_deg);
 }
 
+/// Says on standard error what an estimate's poses hint at: a camera that was lost, or a mono one.
+void note_estimate(const Trajectory& estimate, const Trajectory& truth, const EvalOptions& options,
+                   const AbsoluteTrajectoryError& ate) {
+  const auto repeated = std::count_if(estimate.begin() + 1, estimate.end(),
+                                      [&, last = estimate.begin()](const TimedPose& pose) mutable {
+                                        const TimedPose& before = *last++;
+                                        return pose.translation == before.translation &&
+                                               pose.rotation == before.rotation;
+                                      });
+  if (static_cast<std::size_t>(20 * repeated) > estimate.size()) {
+    std::fprintf(stderr,
+                 "%zu of %zu estimated poses repeat the one before: was the camera lost there? If "
+                 "so, leave them out, because they count as tracked\n",
+                 static_cast<std::size_t>(repeated), estimate.size());
+  }
+  AbsoluteErrorOptions with_scale = options.absolute;
+  with_scale.with_scale = true;
+  try {
+    const auto scaled = absolute_trajectory_error(estimate, truth, with_scale);
+    const double scale = scaled.alignment.scale, rmse = scaled.translation_m.rmse;
+    if (!(std::abs(std::log(scale)) > 0.1 && 2 * rmse < ate.translation_m.rmse)) return;
+    std::fprintf(stderr,
+                 "the truth is %.3g times as large as the estimate: a mono camera's? --scale would "
+                 "give an ate_rmse_m of %.6f\n",
+                 scale, rmse);
+  } catch (const std::runtime_error&) {
+    // A camera that stands has no scale.
+  }
+}
+
 Evaluation evaluate(const EvalOptions& options) {
   const TrajectoryFile estimate_file = read_and_note(options.estimate);
   const TrajectoryFile truth_file = read_and_note(options.truth);
@@ -110,6 +141,9 @@ Evaluation evaluate(const EvalOptions& options) {
     evaluation.figures.emplace_back("scale", ate->alignment.scale);
     evaluation.add("ate", "m", ate->translation_m);
   });
+  if (ate && ate->translation_m.count > 10) {
+    note_estimate(estimate, truth, options, *ate);
+  }
   evaluation.attempt("rpe", [&] { add_relative_error(evaluation, options, estimate, truth, ate); });
   return evaluation;
 }

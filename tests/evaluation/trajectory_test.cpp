@@ -101,6 +101,8 @@ TEST(Trajectory, ReadsTheFormsOfTumEurocAndKitti) {
       {"EuRoC", "#timestamp [ns]\r\n1403636579763555584" + rest + ",0,0,0,0,0,0,0,0,0\r\n",
        1403636579.763556},
       {"TUM-VI", "1403636579763555584" + rest + "\n", 1403636579.763556},
+      {"VINS-Fusion", "1403636579763555584" + rest + ",0.1,0.2,0.3,\n", 1403636579.763556},
+      {"VINS-Mono after a loop", "1403636579763555584" + rest + ",\n", 1403636579.763556},
       {"KITTI", "0 0 1 1 1 0 0 2 0 1 0 3\n", 0},
   };
   for (const auto& c : cases) {
@@ -125,6 +127,11 @@ TEST(Trajectory, RefusesMalformedRows) {
   } cases[] = {
       {good + "2 0 0 0 0 0 0\n", ":2: got 7 columns; want 8"},
       {good + "2 0 0 0 0 0 0 1 0\n", ":2: got 9 columns; want 8"},
+      {"1 0 0 0 0 0 0 1 7\n",
+       ":1: got 9 columns; want 8: timestamp tx ty tz qx qy qz qw; or EuRoC's 17 in each row, or "
+       "KITTI's 12. If the first 8 are these, as OpenVINS and RTAB-Map write them, keep them: "
+       "cut "},
+      {"1.30503e+09 0 0 0 0 0 0 1\n", ":1: time: '1.30503e+09' has too few digits"},
       {"# c\n\n2/0/0/0/0/0/0/1\n", ":3: got 1 columns; want 8"},
       {"1 0 0 0 0 1 0 0 0 0 -1 0\n", ":1: the matrix of KITTI's 12 columns is no rotation"},
       {"1 0 0 0 0 1 0 0 0 0 1 x\n", ":1: tz: got 'x'"},

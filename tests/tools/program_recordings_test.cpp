@@ -78,6 +78,29 @@ TEST_F(ProgramRecordings, EvalExplainsMissingFigures) {
   }
 }
 
+TEST_F(ProgramRecordings, EvalNamesAMonoCameraAPoseThatRepeatsAndTwoClocks) {
+  const auto poses = [&](const char* name, double scale, int still, double begin_s) {
+    std::string text;
+    for (int k = 0; k < 20; ++k) {
+      const int seen = k < still ? 0 : k;
+      text += std::to_string(begin_s + 0.1 * k) + " " +
+              std::to_string(scale * std::cos(0.3 * seen)) + " " +
+              std::to_string(scale * std::sin(0.2 * seen)) + " 0 0 0 0 1\n";
+    }
+    return quoted(folder_.write(name, text));
+  };
+  const std::string truth = " " + poses("truth.txt", 1, 0, 100);
+  const Outcome good = succeed("eval " + poses("good.txt", 1.02, 1, 100) + truth);
+  EXPECT_FALSE(good.mentions("repeat") || good.mentions("mono")) << good.printed;
+  const Outcome mono = succeed("eval " + poses("mono.txt", 0.4, 0, 100) + truth);
+  expect_mentions(mono,
+                  "the truth is 2.5 times as large as the estimate: a mono camera's? --scale");
+  expect_mentions(succeed("eval " + poses("lost.txt", 1, 4, 100) + truth),
+                  "3 of 20 estimated poses repeat the one before");
+  expect_refused("eval " + poses("other.txt", 1, 0, 7) + truth,
+                 "The estimate begins at 7.000000, the truth at 100.000000");
+}
+
 TEST_F(ProgramRecordings, EvalReadsAPipe) {
   const Outcome outcome =
       run_in_shell("cat " + quoted(truth()) +

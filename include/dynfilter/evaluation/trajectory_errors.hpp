@@ -143,10 +143,14 @@ inline AbsoluteTrajectoryError absolute_trajectory_error(const Trajectory& estim
   const auto pairs =
       associate(detail::times_of(estimate), detail::times_of(truth), options.max_time_difference_s);
   if (pairs.size() < 2) {
+    const auto begin = [](const Trajectory& poses) {
+      return poses.empty() ? "nowhere" : detail::time_text(poses.front().timestamp_s);
+    };
     throw std::runtime_error(detail::concatenate(
         "absolute_trajectory_error: ", pairs.size(), " of ", estimate.size(),
         " estimated poses have a true one within ", options.max_time_difference_s,
-        " s; want at least 2. Are these the trajectories of one sequence?"));
+        " s; want at least 2. The estimate begins at ", begin(estimate), ", the truth at ",
+        begin(truth), ": are these the trajectories of one sequence, by one clock?"));
   }
   const auto count = static_cast<Eigen::Index>(pairs.size());
   Eigen::Matrix3Xd estimated(3, count), true_ones(3, count);
