@@ -88,7 +88,7 @@ std::vector<RunRecord> run_scene(const AblationPlan& plan, const SceneSpec& scen
   }
   const odometry::OrbExtractor extractor(plan.settings.features);
   SourceChecks checks(source.facts().camera, plan.settings);
-  for (std::size_t i = 0; i < source.size(); i += plan.settings.every) {
+  for (std::size_t i = 0; source.has(i); i += plan.settings.every) {
     const SourceFrame frame = source.read(i);
     const ExtractedFeatures features = extract_features(extractor, frame.frame.image);
     checks.add(frame, frame.masks, features.keypoints);
@@ -154,6 +154,7 @@ std::vector<std::uint64_t> seeds_of(const std::string& text) {
 
 AblationPlan plan_of(const AblateOptions& options) {
   AblationPlan plan = options.plan;
+  plan.settings.mask_culler.dynamic_classes = class_ids(plan.settings.classes, nullptr);
   const bool has_files = !options.masks.empty() || !options.camera.empty();
   if (has_files && options.sequences.size() != 1) {
     throw CLI::ValidationError("--masks and --camera need one SEQUENCE, whose files they replace");

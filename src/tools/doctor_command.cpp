@@ -73,7 +73,7 @@ void check_frames(FrameSource& source, Findings& found) {
   const odometry::OrbExtractor extractor(settings.features);
   std::vector<std::string> errors;
   std::size_t looked_at = 0, without_masks = 0;
-  for (std::size_t i = 0; i < source.size(); ++i) {
+  for (std::size_t i = 0; source.has(i); ++i) {
     try {
       source.require_masks(i);
     } catch (const std::exception&) {

@@ -13,6 +13,7 @@
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
+#include "film.hpp"
 #include "io/file_error.hpp"
 #include "lab/scenes/scene_levels.hpp"
 #include "trajectory_note.hpp"
@@ -286,6 +287,10 @@ SyntheticSceneOptions SceneSpec::level_options() const {
 }
 
 std::unique_ptr<FrameSource> SceneSpec::open(Truth truth) const {
+  if (level.empty() && is_film(sequence)) {
+    if (degraded.empty() && truth == Truth::by_class) return open_film(*this);
+    detail::throw_file_error(sequence, "a film has no truth; --degrade and --truth want a folder");
+  }
   if (level.empty()) return std::make_unique<Recording>(*this, truth);
   return std::make_unique<SceneSource>(level_options(), truth);
 }

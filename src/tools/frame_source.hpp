@@ -74,6 +74,9 @@ class FrameSource {
   const SourceFacts& facts() const { return facts_; }
   std::size_t size() const { return facts_.frames; }
 
+  /// Tells whether there is a frame i: a film's size is an estimate.
+  virtual bool has(std::size_t i) { return i < size(); }
+
   /// Reads a frame. Throws std::runtime_error that names a missing or broken file.
   virtual SourceFrame read(std::size_t i) = 0;
 

@@ -22,12 +22,14 @@
 #include "dynfilter/mask_refiner.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
+#include "film.hpp"
 #include "frame_source.hpp"
 #include "inputs.hpp"
 #include "io/file_error.hpp"
 #include "io/frame_names.hpp"
 #include "io/image_file.hpp"
 #include "io/staged_folder.hpp"
+#include "mask_names.hpp"
 #include "progress_bar.hpp"
 #include "rule_run.hpp"
 #include "shared_options.hpp"
@@ -38,21 +40,6 @@ namespace dynfilter::tools {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Returns the beginning that two paths share.
-fs::path common_path(const fs::path& a, const fs::path& b) {
-  fs::path common;
-  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end() && *i == *j; ++i, ++j) {
-    common /= *i;
-  }
-  return common;
-}
-
-/// Returns the path of a frame's image, or of its depth.
-fs::path image_path(const RgbdSequence& sequence, std::size_t i, bool of_depth = false) {
-  const RgbdSequenceEntry& entry = sequence.entry(i);
-  return fs::absolute(of_depth ? entry.depth_path : entry.image_path).lexically_normal();
-}
 
 constexpr const char* labels_format = "labels";
 
@@ -67,51 +54,27 @@ struct MasksOptions {
   bool writes_depth() const { return format == "depth"; }
   bool uses_depth() const { return refines || keeps_still; }
   MaskCullerOptions mask_culler;
+  std::vector<std::string> classes;  // for its dynamic_classes
   SegmenterSpec segmenter;
   bool overwrite = false;
 };
 
-/// Returns the folder below which the results have the images' paths: a plain folder of images
-/// itself, or else, as other things lie beside the images, the first one inside that holds them
-/// all.
-fs::path image_folder_of(const RgbdSequence& sequence, bool of_depth) {
-  fs::path folder = image_path(sequence, 0, of_depth).parent_path();
-  for (std::size_t i = 1; i < sequence.size(); ++i) {
-    folder = common_path(folder, image_path(sequence, i, of_depth).parent_path());
+/// The frames of a sequence, without its masks.
+class SequenceFrames final : public FrameSource {
+ public:
+  explicit SequenceFrames(const RgbdSequence& sequence) : sequence_(sequence) {
+    facts_.frames = sequence.size();
+    facts_.camera = sequence.camera();
+    facts_.has_depth = sequence.has_depth();
   }
-  const fs::path base = fs::absolute(sequence.folder() / "").lexically_normal().parent_path();
-  const auto has_any = [&](std::initializer_list<const char*> names) {
-    return std::any_of(names.begin(), names.end(),
-                       [&](const char* name) { return fs::exists(base / name); });
-  };
-  const fs::path inside = folder.lexically_relative(base);
-  const bool is_outside = inside.empty() || *inside.begin() == "..";
-  if (is_outside || has_any({"mav0", "cam0", "data.csv", "times.txt"})) return folder;
-  const bool is_plain = !has_any({"associations.txt", "rgb.txt", "depth"}) || inside == ".";
-  return is_plain ? base : base / *inside.begin();
-}
+  SourceFrame read(std::size_t i) override {
+    const RgbdSequenceEntry& entry = sequence_.entry(i);
+    return {entry.stem, sequence_.read(i), entry.depth_timestamp_s, {}, {}, {}, 0};
+  }
 
-/// Returns the names of the mask images, by the index of their frames: "colmap" adds .png to the
-/// image's whole name, "depth" keeps the names of the depth images, the others put .png in place of
-/// the extension. Refuses equal names.
-std::vector<fs::path> mask_names(const RgbdSequence& sequence, const fs::path& image_folder,
-                                 const std::string& format) {
-  std::vector<fs::path> names;
-  std::set<fs::path> used;
-  for (std::size_t i = 0; i < sequence.size(); ++i) {
-    const bool is_depth = format == "depth";
-    fs::path name = image_path(sequence, i, is_depth).lexically_relative(image_folder);
-    if (!is_depth && format != "colmap") name.replace_extension();
-    if (!is_depth) name += ".png";
-    if (!used.insert(name).second && !is_depth) {
-      detail::throw_file_error(
-          sequence.entry(i).image_path,
-          "the mask of another image would have the same name, " + name.string());
-    }
-    names.push_back(std::move(name));
-  }
-  return names;
-}
+ private:
+  const RgbdSequence& sequence_;
+};
 
 /// Returns the folder that masks are read from; none if a segmenter makes them.
 std::optional<fs::path> masks_folder_of(const MasksOptions& options, const RgbdSequence& sequence) {
@@ -119,40 +82,31 @@ std::optional<fs::path> masks_folder_of(const MasksOptions& options, const RgbdS
   return options.masks.empty() ? sequence.masks_folder() : options.masks;
 }
 
-Inputs inputs_of(const MasksOptions& options, const RgbdSequence& sequence) {
-  Inputs inputs;
-  add_sequence_inputs(sequence, inputs);
-  inputs.add(options.camera);
-  inputs.add(options.segmenter.model);
-  if (const auto folder = masks_folder_of(options, sequence)) inputs.add_folder(*folder);
-  return inputs;
-}
-
 /// Writes label maps with an instances.csv.
-void write_label_maps(const MasksOptions& options, const RgbdSequence& sequence,
-                      const Inputs& inputs) {
+void write_label_maps(MasksOptions options, FrameSource& source, const Inputs& inputs) {
   inputs.require_harmless(options.out, "masks", options.overwrite);
   const std::unique_ptr<Segmenter> segmenter = options.segmenter.make();
+  options.mask_culler.dynamic_classes = class_ids({}, segmenter.get());
   MaskFolderWriterOptions writer_options;
   writer_options.overwrite = options.overwrite;
   writer_options.any_names = true;
   MaskFolderWriter writer(options.out, writer_options);
-  MaskChecks checks(sequence.camera(), options.mask_culler, false, false);
-  std::size_t instances = 0;
+  MaskChecks checks(source.facts().camera, options.mask_culler, false, false);
+  std::size_t instances = 0, frames = 0;
   {
-    ProgressBar progress("segmenting", sequence.size());
-    for (std::size_t i = 0; i < sequence.size(); ++i) {
-      const FrameView frame = sequence.read(i);
-      const Segmentation masks = masks_of(*segmenter, frame, i, sequence.size());
-      checks.add({"", frame, sequence.entry(i).depth_timestamp_s, masks, {}, {}, 0});
-      writer.add(masks, sequence.entry(i).stem, frame.timestamp_s);
-      instances += masks.instances.size();
+    ProgressBar progress("segmenting", source.size());
+    for (; source.has(frames); ++frames) {
+      SourceFrame frame = source.read(frames);
+      frame.masks = masks_of(*segmenter, frame.frame, frames, source.size());
+      writer.add(*frame.masks, frame.stem, frame.frame.timestamp_s);
+      instances += frame.masks->instances.size();
+      checks.add(std::move(frame));
       progress.advance();
     }
   }
   writer.finish();
   checks.print({});
-  std::printf("%zu instances in %zu frames, written to %s\n", instances, sequence.size(),
+  std::printf("%zu instances in %zu frames, written to %s\n", instances, frames,
               options.out.c_str());
 }
 
@@ -163,10 +117,9 @@ struct MaskSource {
   std::set<std::size_t> missing;  // frames without a mask
 };
 
-/// Returns the segmenter, or else the sequence's masks or those of --masks. Throws
-/// std::runtime_error without any, and for frames without a mask unless they may be missing.
-MaskSource make_source(const MasksOptions& options, const RgbdSequence& sequence) {
-  if (!options.segmenter.is_unset()) return {options.segmenter.make(), {}, {}};
+/// Returns the sequence's masks or those of --masks. Throws std::runtime_error without any, and for
+/// frames without a mask unless they may be missing.
+MaskSource masks_in_files(const MasksOptions& options, const RgbdSequence& sequence) {
   const auto folder = masks_folder_of(options, sequence);
   if (!folder) {
     detail::throw_file_error(sequence.folder() / "masks",
@@ -211,89 +164,81 @@ Segmentation refined_or_whole(const FrameView& frame, const Segmentation& masks,
   return result;
 }
 
-/// Throws std::runtime_error if an option needs the depth that a sequence lacks.
-void require_depth(const MasksOptions& options, const RgbdSequence& sequence) {
+/// Throws std::runtime_error if an option needs the depth that a source lacks.
+void require_depth(const MasksOptions& options, const FrameSource& source) {
   const bool needs_depth = options.uses_depth() || options.writes_depth();
-  if (sequence.has_depth() || !needs_depth) return;
+  if (source.facts().has_depth || !needs_depth) return;
   const std::string option = options.refines       ? "--refine"
                              : options.keeps_still ? "--motion"
                                                    : "--format depth";
-  detail::throw_file_error(sequence.folder(), "has no depth, which " + option + " needs");
+  detail::throw_file_error(options.sequence, "has no depth, which " + option + " needs");
 }
 
-/// Quotes a path for a shell.
-std::string shell_word(const fs::path& path) {
-  std::string text;
-  for (const char c : path.string()) text += c == '\'' ? "'\\''" : std::string(1, c);
-  return "'" + text + "'";
-}
-
-/// Prints the call that reads the masks. COLMAP uses an image without a mask whole, silently.
-void print_colmap(const fs::path& images, std::size_t masks, const fs::path& out) {
-  std::size_t all = 0;
-  for (const auto& entry : fs::recursive_directory_iterator(images)) {
-    all += entry.is_regular_file() && detail::is_image_name(entry.path()) ? 1 : 0;
-  }
-  if (all > masks) {
-    std::fprintf(stderr,
-                 "%zu further images in %s are no frames of the sequence and have no mask, so that "
-                 "COLMAP uses them whole: move them away, or name the others by "
-                 "--image_list_path\n",
-                 all - masks, images.c_str());
-  }
-  const fs::path folder = detail::canonical_folder(out);
-  std::printf(
-      "colmap feature_extractor --database_path %s --image_path %s --ImageReader.mask_path %s\n",
-      shell_word(folder.string() + ".db").c_str(), shell_word(images).c_str(),
-      shell_word(folder).c_str());
-}
+/// Numbers of images: all, those with depth, judged by motion, without a mask, and left out.
+struct Written {
+  std::size_t images = 0, with_depth = 0, judged = 0, without_mask = 0, left_out = 0;
+};
 
 /// Says what was written for how many images, and for which of them nothing was known.
-void print_written(const MasksOptions& options, std::size_t images, std::size_t with_depth,
-                   std::size_t without_mask, const fs::path& image_folder) {
-  std::printf("%zu %s the images in %s, written to %s\n", images,
+void print_written(const MasksOptions& options, const Written& count,
+                   const fs::path& image_folder) {
+  std::printf("%zu %s the images in %s, written to %s\n", count.images,
               options.writes_depth() ? "times depth with holes, of" : "masks of",
               image_folder.c_str(), options.out.c_str());
-  if (options.uses_depth() && with_depth < images) {
-    std::printf("%zu of %zu %s; %zu without depth have the masks as they are\n", with_depth, images,
-                options.refines ? "refined" : "judged by motion", images - with_depth);
-  }
-  if (without_mask > 0) {
-    std::printf("%zu of %zu images have no mask, and show nobody (--missing-masks keep)\n",
-                without_mask, images);
-  }
-  if (options.format == "colmap") print_colmap(image_folder, images, options.out);
+  const auto print_some = [&](bool is_said, std::size_t some, const char* what) {
+    if (is_said) std::printf("%zu of %zu %s\n", some, count.images + count.left_out, what);
+  };
+  print_some(options.refines && count.with_depth < count.images, count.with_depth,
+             "refined; the others, without depth, have the masks as they are");
+  print_some(options.keeps_still && count.judged < count.images, count.judged,
+             "judged by motion; the others, without depth or pose, have the masks as they are");
+  print_some(count.without_mask > 0, count.without_mask,
+             "images have no mask, and show nobody (--missing-masks keep)");
+  print_some(count.left_out > 0, count.left_out, "images have no depth, and are left out");
+  if (options.format == "colmap") print_colmap(image_folder, count.images, options.out);
 }
 
-/// Writes a mask image for each image, or its depth with holes, for other systems.
-void write_mask_images(const MasksOptions& options, const RgbdSequence& sequence, Inputs inputs) {
-  require_depth(options, sequence);
-  const fs::path image_folder = image_folder_of(sequence, options.writes_depth());
-  const std::vector<fs::path> names = mask_names(sequence, image_folder, options.format);
-  const MaskCuller culler(options.mask_culler);
-  inputs.add_folder(image_folder);  // where masks would be taken for images
+/// Writes a mask image for each frame, or its depth with holes, for other systems. A film has no
+/// sequence.
+void write_mask_images(MasksOptions options, FrameSource& frames, const RgbdSequence* sequence,
+                       Inputs inputs) {
+  require_depth(options, frames);
+  fs::path image_folder = options.sequence;
+  std::vector<fs::path> names;
+  if (sequence != nullptr) {
+    image_folder = image_folder_of(*sequence, options.writes_depth());
+    names = mask_names(*sequence, image_folder, options.format);
+    inputs.add_folder(image_folder);  // where masks would be taken for images
+  }
   inputs.require_harmless(options.out, "masks", options.overwrite);
-  const MaskSource source = make_source(options, sequence);
+  const MaskSource source = options.segmenter.is_unset()
+                                ? masks_in_files(options, *sequence)
+                                : MaskSource{options.segmenter.make(), {}, {}};
+  options.mask_culler.dynamic_classes = class_ids(options.classes, source.segmenter.get());
+  const MaskCuller culler(options.mask_culler);
+  const SequenceCamera& camera = frames.facts().camera;
   std::optional<StillObjects> still;
-  if (options.keeps_still) still.emplace(sequence.camera(), options.mask_culler);
-  MaskChecks checks(sequence.camera(), options.mask_culler, options.uses_depth(), !options.refines);
-  std::size_t with_depth = 0;
+  if (options.keeps_still) still.emplace(camera, options.mask_culler);
+  MaskChecks checks(camera, options.mask_culler, options.uses_depth(), !options.refines);
+  Written count{0, 0, 0, source.missing.size(), 0};
+  if (options.writes_depth()) count.left_out = sequence->unpaired();
   detail::StagedFolder staged(options.out, "masks", options.overwrite);
   {
-    ProgressBar progress("masking", sequence.size());
-    for (std::size_t i = 0; i < sequence.size(); ++i) {
-      const FrameView frame = sequence.read(i);
-      std::optional<Segmentation> known;
+    ProgressBar progress("masking", frames.size());
+    for (std::size_t& i = count.images; frames.has(i); ++i) {
+      SourceFrame read = frames.read(i);
+      const FrameView frame = read.frame;
+      const fs::path file =
+          staged.path() / (sequence != nullptr ? names[i].string() : read.stem + ".png");
       if (source.missing.count(i) == 0) {
-        known = masks_of(*source.segmenter, frame, i, sequence.size());
+        read.masks = masks_of(*source.segmenter, frame, i, frames.size());
       }
-      checks.add({"", frame, sequence.entry(i).depth_timestamp_s, known, {}, {}, 0});
       Segmentation masks =
-          known.value_or(Segmentation{i, frame.timestamp_s, frame.image.size(), {}});
-      with_depth += frame.depth.empty() ? 0 : 1;
+          read.masks.value_or(Segmentation{i, frame.timestamp_s, frame.image.size(), {}});
+      checks.add(std::move(read));
+      count.with_depth += frame.depth.empty() ? 0 : 1;
       if (still) still->leave_out(frame, masks);
       if (options.refines) masks = refined_or_whole(frame, masks, culler);
-      const fs::path file = staged.path() / names[i];
       fs::create_directories(file.parent_path());
       detail::write_image(file, result_of(options, frame, masks, culler));
       progress.advance();
@@ -302,18 +247,50 @@ void write_mask_images(const MasksOptions& options, const RgbdSequence& sequence
   checks.require_outlines();
   staged.commit();
   checks.print(source.values);
-  print_written(options, sequence.size(), with_depth, source.missing.size(), image_folder);
+  if (still) count.judged = still->judged();
+  print_written(options, count, image_folder);
+}
+
+/// Opens a film whose masks can be made.
+std::unique_ptr<FrameSource> open_film(const MasksOptions& options) {
+  SceneSpec scene;
+  scene.sequence = options.sequence;
+  scene.camera = options.camera;
+  std::unique_ptr<FrameSource> film = open_film(scene);
+  if (options.format == "colmap") {
+    detail::throw_file_error(options.sequence,
+                             "COLMAP takes images: write them, as by ffmpeg -i FILM "
+                             "PHOTOS/%06d.png, and name their folder");
+  }
+  if (options.segmenter.is_unset()) {
+    detail::throw_file_error(options.sequence, "a film's masks are made: name --model or --remote");
+  }
+  return film;
 }
 
 void make_masks(const MasksOptions& options) {
-  const RgbdSequence sequence(options.sequence, {0.02, options.camera, options.depth_offset_s,
-                                                 options.uses_depth(), !options.writes_depth()});
-  if (!sequence.note().empty()) std::fprintf(stderr, "%s\n", sequence.note().c_str());
-  const Inputs inputs = inputs_of(options, sequence);
-  if (options.format == labels_format) {
-    write_label_maps(options, sequence, inputs);
+  std::optional<RgbdSequence> sequence;
+  std::unique_ptr<FrameSource> frames;
+  Inputs inputs;
+  if (is_film(options.sequence)) {
+    frames = open_film(options);
+    frames->add_inputs(inputs);
   } else {
-    write_mask_images(options, sequence, inputs);
+    const bool is_of_depth = options.writes_depth();
+    sequence.emplace(options.sequence,
+                     RgbdSequenceOptions{0.02, options.camera, options.depth_offset_s,
+                                         options.uses_depth(), !is_of_depth});
+    if (!sequence->note().empty()) std::fprintf(stderr, "%s\n", sequence->note().c_str());
+    frames = std::make_unique<SequenceFrames>(*sequence);
+    add_sequence_inputs(*sequence, inputs);
+    if (const auto folder = masks_folder_of(options, *sequence)) inputs.add_folder(*folder);
+  }
+  inputs.add(options.camera);
+  inputs.add(options.segmenter.model);
+  if (options.format == labels_format) {
+    write_label_maps(options, *frames, inputs);
+  } else {
+    write_mask_images(options, *frames, sequence ? &*sequence : nullptr, inputs);
   }
 }
 
@@ -330,8 +307,10 @@ void add_masks_command(CLI::App& program) {
       "for COLMAP and other systems, or depth without what is dynamic, of a segmenter's masks or\n"
       "of the sequence's own.");
   command
-      ->add_option("SEQUENCE", options->sequence,
-                   "folder of the sequence: TUM's, EuRoC's, KITTI's or just images")
+      ->add_option(
+          "SEQUENCE", options->sequence,
+          "folder of the sequence: TUM's, EuRoC's, KITTI's or just images; or a film, or a\n"
+          "camera's number, for 300 frames")
       ->required();
   command->add_option("--out", options->out, "folder for the masks")->required();
   command->add_option("--format", options->format, "what to write, see below")
@@ -357,7 +336,7 @@ void add_masks_command(CLI::App& program) {
                                        "grow the masks of dynamic objects by this much, pixels")
                           ->check(CLI::Range(0.0, 1e6))
                           ->capture_default_str());
-  of_images.push_back(add_classes_option(*command, options->mask_culler));
+  of_images.push_back(add_classes_option(*command, options->classes));
   command->add_option("--camera", options->camera,
                       "camera file, or tum1, tum2, tum3 or bonn [SEQUENCE/camera.yaml]");
   add_depth_offset_option(*command, options->depth_offset_s);

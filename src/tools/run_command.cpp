@@ -49,6 +49,7 @@ void run(const RunOptions& options) {
   const std::unique_ptr<Segmenter> segmenter =
       scene.reads_masks ? nullptr : options.segmenter.make();
   RunSettings settings = options.settings;
+  settings.mask_culler.dynamic_classes = class_ids(settings.classes, segmenter.get());
   settings.masks = scene.reads_masks ? source->facts().masks_name : options.segmenter.name();
   const RuleInfo& rule = rule_of(options, *source);
   const bool has_own_masks = !scene.masks.empty() || segmenter;
@@ -61,7 +62,7 @@ void run(const RunOptions& options) {
   SourceChecks checks(source->facts().camera, settings, rule.moves_masks());
   {
     ProgressBar progress("filtering", source->size());
-    for (std::size_t i = 0; i < source->size(); i += options.settings.every) {
+    for (std::size_t i = 0; source->has(i); i += options.settings.every) {
       SourceFrame frame = source->read(i);
       const ExtractedFeatures features = extract_features(extractor, frame.frame.image);
       if (segmenter) {
@@ -98,8 +99,9 @@ void add_run_command(CLI::App& program) {
       "features with the reference odometry. Say what is wrong with the sequence, such as late\n"
       "depth or old masks, and what mends it. If the sequence has masks_true/, the features are\n"
       "scored against it; if it has groundtruth.txt, so is the trajectory.");
-  CLI::Option* sequence =
-      command->add_option("SEQUENCE", options->scene.sequence, "folder of the sequence");
+  CLI::Option* sequence = command->add_option(
+      "SEQUENCE", options->scene.sequence,
+      "folder of the sequence; or a film, or a camera's number, for 300 frames");
   CLI::Option* level = command
                            ->add_option("--level", options->scene.level,
                                         "level of dynfilter synth to render and filter, "

@@ -28,9 +28,10 @@ struct RunSettings {
   /// Use every n-th frame; above 1 without odometry, which needs all frames.
   std::size_t every = 1;
   MaskCullerOptions mask_culler;
-  std::size_t overlays = 0;       ///< frames to draw
-  std::string masks;              ///< the masks' name in results; empty: the source's name
-  Truth truth = Truth::by_class;  ///< scores and the rule perfect follow it
+  std::vector<std::string> classes;  ///< as given, for its dynamic_classes
+  std::size_t overlays = 0;          ///< frames to draw
+  std::string masks;                 ///< the masks' name in results; empty: the source's name
+  Truth truth = Truth::by_class;     ///< scores and the rule perfect follow it
 };
 
 /// The record of one frame of a run.

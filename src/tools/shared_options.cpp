@@ -3,9 +3,15 @@
 
 #include "shared_options.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
 #include <stdexcept>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/number_text.hpp"
+#include "io/file_error.hpp"
 #ifdef DYNFILTER_HAS_NETWORKS
 #include "dynfilter/networks/network_segmenter.hpp"
 #endif
@@ -38,6 +44,37 @@ std::unique_ptr<Segmenter> SegmenterSpec::make() const {
 #endif
   throw std::runtime_error("this dynfilter was built without " +
                            std::string(remote.empty() ? "networks" : "ZeroMQ (cppzmq-dev)"));
+}
+
+std::vector<int> class_ids(std::vector<std::string> classes,
+                           [[maybe_unused]] const Segmenter* segmenter) {
+  std::vector<std::string> names = {"person"};
+#ifdef DYNFILTER_HAS_NETWORKS
+  const auto* network = dynamic_cast<const NetworkSegmenter*>(segmenter);
+  if (network != nullptr && !network->class_names().empty()) names = network->class_names();
+#endif
+  const auto place_of = [&](const std::string& name) {
+    return static_cast<double>(std::find(names.begin(), names.end(), name) - names.begin());
+  };
+  const auto unknown = static_cast<double>(names.size());
+  std::string known;
+  for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;
+  if (classes.empty() && place_of("person") == unknown) {
+    const std::string what = "the network knows no person, but " + known + "; --classes chooses";
+    std::fprintf(stderr, "%s [%s]\n", detail::shown(what).c_str(), names[0].c_str());
+  }
+  if (classes.empty()) classes = {place_of("person") < unknown ? "person" : names[0]};
+  std::vector<int> ids;
+  for (const std::string& one : classes) {
+    const double place = place_of(one);
+    const double id = place < unknown ? place : detail::parse_number(one).value_or(-1);
+    if (!(id >= 0 && id <= std::numeric_limits<int>::max()) || id != std::floor(id)) {
+      throw std::runtime_error(
+          detail::shown("--classes: got " + one + "; want ids from 0 on, or names of " + known));
+    }
+    ids.push_back(static_cast<int>(id));
+  }
+  return ids;
 }
 
 void add_segmenter_options(CLI::App& command, SegmenterSpec& segmenter) {

@@ -7,15 +7,14 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "dynfilter/evaluation/sequence_camera.hpp"
-#include "dynfilter/mask_culler.hpp"
 #include "dynfilter/segmenter.hpp"
 #include "frame_source.hpp"
 #include "rule_run.hpp"
@@ -46,14 +45,18 @@ inline CLI::Option* add_depth_offset_option(CLI::App& command, std::optional<dou
       ->check(CLI::Range(-max_depth_offset_s, max_depth_offset_s));
 }
 
-inline CLI::Option* add_classes_option(CLI::App& command, MaskCullerOptions& options) {
+inline CLI::Option* add_classes_option(CLI::App& command, std::vector<std::string>& classes) {
   return command
-      .add_option("--classes", options.dynamic_classes, "dynamic class ids, such as 0,16")
+      .add_option("--classes", classes,
+                  "dynamic classes: ids, or names that the --model knows, such as person,dog\n"
+                  "[person, or 0 where that has no name]")
       ->delimiter(',')
-      ->allow_extra_args(false)
-      ->check(CLI::Range(0, std::numeric_limits<int>::max()))
-      ->capture_default_str();
+      ->allow_extra_args(false);
 }
+
+/// Returns the ids of such classes. Throws std::runtime_error that lists the names that the
+/// segmenter knows; without one, person is 0.
+std::vector<int> class_ids(std::vector<std::string> classes, const Segmenter* segmenter);
 
 inline void add_setting_options(CLI::App& command, RunSettings& settings) {
   command.add_option("--features", settings.features, "ORB features a frame")
@@ -64,7 +67,7 @@ inline void add_setting_options(CLI::App& command, RunSettings& settings) {
                   "use every n-th frame only, without odometry, which needs all frames")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
-  add_classes_option(command, settings.mask_culler);
+  add_classes_option(command, settings.classes);
   command
       .add_option("--margin", settings.mask_culler.margin_px,
                   "also remove features this near to a mask, pixels")

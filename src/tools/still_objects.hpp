@@ -24,6 +24,7 @@ class StillObjects {
   void leave_out(const FrameView& frame, Segmentation& masks) {
     const ExtractedFeatures features = extract_features(extractor_, frame.image);
     filter_.apply(frame, masks, features.keypoints, labels_, workspace_);
+    judged_ += labels_.statistics().motion.outcome == MotionOutcome::applied ? 1 : 0;
     const auto& verdicts = labels_.statistics().instances;
     std::size_t k = 0;
     const auto is_still = [&](const Instance&) {
@@ -34,6 +35,9 @@ class StillObjects {
     std::remove_copy_if(instances.begin(), instances.end(), std::back_inserter(rest), is_still);
     instances = std::move(rest);
   }
+
+  /// Returns in how many frames motion was judged: the others had no depth, or no pose.
+  std::size_t judged() const { return judged_; }
 
  private:
   static MotionFilterOptions options_of(const MaskCullerOptions& mask_culler) {
@@ -46,6 +50,7 @@ class StillObjects {
   MotionFilter filter_;
   FeatureLabels labels_;
   Workspace workspace_;
+  std::size_t judged_ = 0;
 };
 
 }  // namespace dynfilter::tools

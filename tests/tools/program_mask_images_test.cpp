@@ -163,7 +163,8 @@ TEST_F(ProgramMaskImages, AreMadeForEveryImage) {
   std::ofstream(folder / "associations.txt") << rows;
   const Outcome outcome = masks("colmap --refine", out("of every"), folder);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
-  expect_mentions(outcome, "4 of 6 refined; 2 without depth have the masks as they are\n");
+  expect_mentions(outcome,
+                  "4 of 6 refined; the others, without depth, have the masks as they are\n");
   EXPECT_FALSE(outcome.mentions("further images"));
   MaskFolderSegmenter source(folder / "masks");
   for (std::size_t i = 4; i < 6; ++i) {

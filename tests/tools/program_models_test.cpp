@@ -80,6 +80,46 @@ TEST_F(ProgramModels, WritesTheMasksOfAPlainFolder) {
   }
 }
 
+/// The model's own names: car, which is red, and person, which is blue.
+TEST_F(ProgramModels, ClassesAreNamedByTheNetwork) {
+  cv::Mat image = black_image({64, 64});
+  image(cv::Rect(32, 0, 32, 32)).setTo(red);
+  image(cv::Rect(0, 32, 32, 32)).setTo(blue);
+  fs::create_directories(folder_ / "photos");
+  cv::imwrite((folder_ / "photos/a.png").string(), image);
+  const std::string photos = quoted(folder_ / "photos");
+  const std::string of_network = " --model " + quoted(model("yolo_car_person"));
+  const auto expect_masked = [&](const std::string& classes, const cv::Rect& block) {
+    const fs::path to = folder_ / ("masks " + classes);
+    succeed("masks " + photos + of_network + " --format dynamic" + classes + " --out " +
+            quoted(to));
+    const cv::Mat mask = cv::imread((to / "a.png").string(), cv::IMREAD_UNCHANGED);
+    EXPECT_NEAR(cv::countNonZero(mask), block.area(), 16);
+    EXPECT_NEAR(cv::countNonZero(mask(block)), block.area(), 16);
+  };
+  expect_masked("", {0, 32, 32, 32});
+  expect_masked(" --classes person", {0, 32, 32, 32});
+  expect_masked(" --classes car", {32, 0, 32, 32});
+  expect_masked(" --classes 0", {32, 0, 32, 32});
+  expect_refused("masks " + photos + of_network + " --format static --classes cat --out " +
+                     quoted(folder_ / "nothing"),
+                 "--classes: got cat; want ids from 0 on, or names of car, person");
+  succeed("run " + photos + of_network + " --overlays 0 --out " + quoted(folder_ / "run"));
+  EXPECT_EQ(read_json(folder_ / "run/summary.json")["options"]["classes"], nlohmann::json({1}));
+  expect_mentions(run("masks " + photos + " --model " + quoted(model("yolo_raw")) +
+                      " --format static --out " + quoted(folder_ / "of red")),
+                  "the network knows no person, but red, blue; --classes chooses [red]");
+}
+
+TEST_F(ProgramModels, BoxesAloneAreNotWrittenAsMasks) {
+  for (const char* network : {"yolo_detector", "yolo_detector_end_to_end"}) {
+    expect_refused("masks " + quoted(folder_ / "sequence") + " --format static --model " +
+                       quoted(model(network)) + " --out " + quoted(folder_ / "nothing"),
+                   "--refine makes masks of boxes by depth");
+    EXPECT_FALSE(fs::exists(folder_ / "nothing"));
+  }
+}
+
 TEST_F(ProgramModels, NamesADeviceThatIsMissing) {
   const Outcome outcome = run("masks " + quoted(folder_ / "sequence") + " --device cuda --model " +
                               quoted(model("yolo_raw")) + " --out " + quoted(folder_ / "out"));

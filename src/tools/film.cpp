@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "film.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <opencv2/core/utility.hpp>
+#include <opencv2/videoio.hpp>
+
+#include "dynfilter/detail/number_text.hpp"
+#include "io/file_error.hpp"
+#include "io/frame_names.hpp"
+
+namespace dynfilter::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t camera_frames = 300;  // more let those wait longer who want to see
+
+/// Returns why OpenCV cannot read a file, and what to do.
+std::string unreadable(const fs::path& file) {
+  const std::string end = detail::lower_case(file.extension().string());
+  if (end == ".bag" || end == ".db3" || end == ".mcap") {
+    return "is a bag of ROS: write its images as files into rgb/ and depth/, and their times into "
+           "rgb.txt and depth.txt (RealSense's rs-convert writes the images)";
+  }
+  if (end == ".svo" || end == ".svo2") {
+    return "is a recording of ZED: export its images and depth with ZED's SDK into rgb/ and "
+           "depth/, and their times into rgb.txt and depth.txt";
+  }
+  if (detail::is_image_name(file)) return "is an image: name its folder";
+  return "OpenCV reads no film from it: name a film such as an .mp4, a camera's number, or a "
+         "folder with images";
+}
+
+class Film final : public FrameSource {
+ public:
+  explicit Film(const SceneSpec& spec)
+      : name_(spec.sequence), is_camera_(!fs::exists(spec.sequence)) {
+    const std::string name = name_.string();
+    const bool is_open =
+        is_camera_ ? film_.open(std::stoi(name)) : !detail::is_image_name(name) && film_.open(name);
+    if (!is_open) {
+      detail::throw_file_error(
+          name_, is_camera_ ? "there is no such folder, film or camera" : unreadable(name_));
+    }
+    const double count = film_.get(cv::CAP_PROP_FRAME_COUNT), fps = film_.get(cv::CAP_PROP_FPS);
+    facts_.frames = is_camera_ || !(count >= 1) ? camera_frames : static_cast<std::size_t>(count);
+    if (fps > 0 && fps < 1e6) frame_s_ = 1 / fps;
+    if (!spec.camera.empty()) facts_.camera = read_camera(spec.camera);
+    facts_.has_depth = facts_.has_true_masks = false;
+    facts_.note = "no depth images, so masks act alone";
+    if (!spec.masks.empty() && spec.reads_masks) {
+      masks_.emplace(spec.masks);
+      masks_folder_ = spec.masks;
+      facts_.masks_name = spec.masks.string();
+    }
+    clock_.start();
+  }
+
+  bool has(std::size_t i) override {
+    for (; next_ <= i && !(is_camera_ && i >= camera_frames) && film_.grab(); ++next_) {
+      if (!is_camera_) continue;
+      clock_.stop();
+      time_s_ = clock_.getTimeSec();
+      clock_.start();
+    }
+    return next_ == i + 1;
+  }
+
+  SourceFrame read(std::size_t i) override {
+    FrameView frame;
+    if (!has(i) || !film_.retrieve(frame.image)) {
+      detail::throw_file_error(name_, "has no frame " + std::to_string(i));
+    }
+    frame.id = i;
+    frame.timestamp_s = is_camera_ ? time_s_ : static_cast<double>(i) * frame_s_;
+    SourceFrame read{detail::time_text(frame.timestamp_s), frame, frame.timestamp_s, {}, {}, {}, 0};
+    if (masks_) read.masks = masks_->segment(frame);
+    return read;
+  }
+
+  std::vector<int> mask_values() const override {
+    return masks_ ? masks_->values() : std::vector<int>();
+  }
+
+  void add_inputs(Inputs& inputs) const override {
+    inputs.add(name_);
+    inputs.add_folder(masks_folder_);
+  }
+
+ private:
+  fs::path name_, masks_folder_;
+  bool is_camera_;
+  cv::VideoCapture film_;
+  std::optional<MaskFolderSegmenter> masks_;
+  double frame_s_ = 1.0 / 30, time_s_ = 0;
+  std::size_t next_ = 0;  // number of the frame to grab
+  cv::TickMeter clock_;
+};
+
+}  // namespace
+
+bool is_film(const fs::path& name) {
+  const std::string text = name.string();
+  const bool is_number =
+      !text.empty() && text.size() < 4 &&
+      std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+  return detail::exists(name) ? fs::is_regular_file(name) : is_number;
+}
+
+std::unique_ptr<FrameSource> open_film(const SceneSpec& spec) {
+  return std::make_unique<Film>(spec);
+}
+
+}  // namespace dynfilter::tools

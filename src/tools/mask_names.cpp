@@ -1,0 +1,100 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "mask_names.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <initializer_list>
+#include <set>
+#include <utility>
+
+#include "io/file_error.hpp"
+#include "io/frame_names.hpp"
+#include "io/staged_folder.hpp"
+
+namespace dynfilter::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Returns the beginning that two paths share.
+fs::path common_path(const fs::path& a, const fs::path& b) {
+  fs::path common;
+  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end() && *i == *j; ++i, ++j) {
+    common /= *i;
+  }
+  return common;
+}
+
+/// Returns the path of a frame's image, or of its depth.
+fs::path image_path(const RgbdSequence& sequence, std::size_t i, bool of_depth = false) {
+  const RgbdSequenceEntry& entry = sequence.entry(i);
+  return fs::absolute(of_depth ? entry.depth_path : entry.image_path).lexically_normal();
+}
+
+/// Quotes a path for a shell.
+std::string shell_word(const fs::path& path) {
+  std::string text;
+  for (const char c : path.string()) text += c == '\'' ? "'\\''" : std::string(1, c);
+  return "'" + text + "'";
+}
+
+}  // namespace
+
+fs::path image_folder_of(const RgbdSequence& sequence, bool of_depth) {
+  fs::path folder = image_path(sequence, 0, of_depth).parent_path();
+  for (std::size_t i = 1; i < sequence.size(); ++i) {
+    folder = common_path(folder, image_path(sequence, i, of_depth).parent_path());
+  }
+  const fs::path base = fs::absolute(sequence.folder() / "").lexically_normal().parent_path();
+  const auto has_any = [&](std::initializer_list<const char*> names) {
+    return std::any_of(names.begin(), names.end(),
+                       [&](const char* name) { return fs::exists(base / name); });
+  };
+  const fs::path inside = folder.lexically_relative(base);
+  const bool is_outside = inside.empty() || *inside.begin() == "..";
+  if (is_outside || has_any({"mav0", "cam0", "data.csv", "times.txt"})) return folder;
+  const bool is_plain = !has_any({"associations.txt", "rgb.txt", "depth"}) || inside == ".";
+  return is_plain ? base : base / *inside.begin();
+}
+
+std::vector<fs::path> mask_names(const RgbdSequence& sequence, const fs::path& image_folder,
+                                 const std::string& format) {
+  std::vector<fs::path> names;
+  std::set<fs::path> used;
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    const bool is_depth = format == "depth";
+    fs::path name = image_path(sequence, i, is_depth).lexically_relative(image_folder);
+    if (!is_depth && format != "colmap") name.replace_extension();
+    if (!is_depth) name += ".png";
+    if (!used.insert(name).second && !is_depth) {
+      detail::throw_file_error(
+          sequence.entry(i).image_path,
+          "the mask of another image would have the same name, " + name.string());
+    }
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+void print_colmap(const fs::path& images, std::size_t masks, const fs::path& out) {
+  std::size_t all = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(images)) {
+    all += entry.is_regular_file() && detail::is_image_name(entry.path()) ? 1 : 0;
+  }
+  if (all > masks) {
+    std::fprintf(stderr,
+                 "%zu further images in %s are no frames of the sequence and have no mask, so that "
+                 "COLMAP uses them whole: move them away, or name the others by "
+                 "--image_list_path\n",
+                 all - masks, images.c_str());
+  }
+  const fs::path folder = detail::canonical_folder(out);
+  std::printf(
+      "colmap feature_extractor --database_path %s --image_path %s --ImageReader.mask_path %s\n",
+      shell_word(folder.string() + ".db").c_str(), shell_word(images).c_str(),
+      shell_word(folder).c_str());
+}
+
+}  // namespace dynfilter::tools
