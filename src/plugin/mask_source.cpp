@@ -71,6 +71,8 @@ class ReadAhead final : public MaskSource {
     ahead_ = ahead;
   }
 
+  std::vector<int> mask_values() const override { return folder_->values(); }
+
   FrameMasks masks_for(const FrameView& frame) override {
     const bool has_mask = folder_->has_mask(frame.timestamp_s);
     if (!has_mask && may_be_missing_) return {};
@@ -174,8 +176,9 @@ class InThread final : public MaskSource {
   std::exception_ptr failure_;  // of the frame that failed
 };
 
-/// Makes the segmenter of settings without a folder.
-std::unique_ptr<Segmenter> make_segmenter([[maybe_unused]] const PluginSettings& settings) {
+/// Makes the segmenter of settings without a folder, and notes the network's class of persons.
+std::unique_ptr<Segmenter> make_segmenter([[maybe_unused]] const PluginSettings& settings,
+                                          [[maybe_unused]] std::optional<int>& person_class) {
 #ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
   if (!settings.remote.empty()) return std::make_unique<RemoteSegmenter>(settings.remote);
 #endif
@@ -183,19 +186,22 @@ std::unique_ptr<Segmenter> make_segmenter([[maybe_unused]] const PluginSettings&
   if (!settings.model.empty()) {
     NetworkOptions options;
     options.device = settings.device;
-    return std::make_unique<NetworkSegmenter>(settings.model, options);
+    auto network = std::make_unique<NetworkSegmenter>(settings.model, options);
+    person_class = network->class_id("person");
+    return network;
   }
 #endif
   throw std::logic_error("dynfilter: the settings have no source of masks");
 }
 
-std::unique_ptr<MaskSource> make_source(const PluginSettings& settings, bool may_be_missing) {
+std::unique_ptr<MaskSource> make_source(const PluginSettings& settings, bool may_be_missing,
+                                        std::optional<int>& person_class) {
   if (!settings.mask_folder.empty()) {
     MaskFolderOptions options = settings.mask_folder_options;
     options.allow_missing = may_be_missing;
     return std::make_unique<ReadAhead>(settings.mask_folder, options);
   }
-  std::unique_ptr<Segmenter> segmenter = make_segmenter(settings);
+  std::unique_ptr<Segmenter> segmenter = make_segmenter(settings, person_class);
   if (!settings.hand_over) return std::make_unique<OnDemand>(std::move(segmenter));
   AsyncSegmenterOptions options;
   options.hand_over = *settings.hand_over;
@@ -206,7 +212,8 @@ std::unique_ptr<MaskSource> make_source(const PluginSettings& settings, bool may
 bool would_do_without(const PluginSettings& settings) {
   if (settings.mask_folder.empty()) return false;
   try {
-    return make_source(settings, true) != nullptr;
+    std::optional<int> unused;
+    return make_source(settings, true, unused) != nullptr;
   } catch (const std::runtime_error&) {
     return false;
   }
@@ -228,7 +235,7 @@ PluginMasks::PluginMasks(const PluginSettings& settings)
       remedy_(remedy_of(settings)),
       continues_without_masks_(settings.missing_masks == "keep") {
   try {
-    source_ = make_source(settings, continues_without_masks_);
+    source_ = make_source(settings, continues_without_masks_, person_class_);
   } catch (const std::invalid_argument& error) {  // names an option of the segmenter's
     throw std::runtime_error(origin_ + without_component(error.what()));
   } catch (const std::runtime_error& error) {

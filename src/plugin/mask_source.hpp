@@ -25,6 +25,9 @@ class MaskSource {
   /// had to be, and passes on what the segmenter throws. Asked again for a frame that failed, it
   /// fails again.
   virtual FrameMasks masks_for(const FrameView& frame) = 0;
+
+  /// Returns the values of masks without a table.
+  virtual std::vector<int> mask_values() const { return {}; }
 };
 
 /// The masks of a plugin, by its settings: from a folder, another process or a network; unchanged,
@@ -34,6 +37,12 @@ class PluginMasks {
   /// Makes the source. Throws std::runtime_error that names the settings file and the key if that
   /// fails.
   explicit PluginMasks(const PluginSettings& settings);
+
+  /// Returns the network's class of persons, by the names in its file; none if it names none.
+  std::optional<int> person_class() const { return person_class_; }
+
+  /// Returns the values of masks without a table, for the checks of the input.
+  std::vector<int> mask_values() const { return source_->mask_values(); }
 
   /// Takes a frame's image, before its features are known. Throws std::system_error if a thread is
   /// needed and cannot be started.
@@ -50,6 +59,7 @@ class PluginMasks {
   std::string origin_;  // the settings file and the masks' key, for errors
   std::string remedy_;  // the settings that help against missing masks, in brackets
   bool continues_without_masks_;
+  std::optional<int> person_class_;
   std::unique_ptr<MaskSource> source_;
   std::optional<MaskPropagator> propagator_;
   std::optional<double> answered_s_;  // time of the frame of `masks_`

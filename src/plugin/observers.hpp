@@ -50,6 +50,9 @@ class Observers {
   /// that fails.
   explicit Observers(const PluginSettings& settings);
 
+  /// Notes the values of masks without a table.
+  void note_mask_values(const std::vector<int>& values) { checks_.note_mask_values(values); }
+
   /// Shows them a frame and its answer. Writes the first failure of each to standard error. Returns
   /// whether the frame is recorded, or need not be.
   bool see(const FrameView& frame, const FrameAnswer& answer) noexcept;

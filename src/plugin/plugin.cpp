@@ -35,10 +35,19 @@ constexpr double max_image_difference_s = 0.001;
 /// A frame goes down: from filter() to the masks, the labels, the host's columns, the observers.
 struct Plugin::State {
   explicit State(const detail::PluginSettings& from)
-      : settings(from),
-        frame_filter(from),
-        masks(from.enabled ? std::make_unique<detail::PluginMasks>(from) : nullptr),
-        observers(from) {}
+      : masks(from.enabled ? std::make_unique<detail::PluginMasks>(from) : nullptr),
+        settings(with_classes(from)),
+        frame_filter(settings),
+        observers(settings) {
+    if (masks) observers.note_mask_values(masks->mask_values());
+  }
+
+  /// Takes the network's class of persons, unless the settings name classes.
+  detail::PluginSettings with_classes(detail::PluginSettings from) const {
+    const bool is_known = masks && !from.names_classes && masks->person_class();
+    if (is_known) from.filter.mask_culler.dynamic_classes = {*masks->person_class()};
+    return from;
+  }
 
   /// Takes a frame's image, or both images of a pair. The right one may be empty.
   void submit(const cv::Mat& left, const cv::Mat& right, double timestamp_s) {
@@ -158,9 +167,9 @@ struct Plugin::State {
   };
 
   const detail::HomeProcess home;
+  const std::unique_ptr<detail::PluginMasks> masks;  // none if the filter is switched off
   const detail::PluginSettings settings;
   detail::FrameFilter frame_filter;
-  const std::unique_ptr<detail::PluginMasks> masks;  // none if the filter is switched off
   detail::Observers observers;  // last: an earlier recording goes when nothing else can fail
   PluginCounters counters;
   std::uint64_t frames = 0;  // that have a number

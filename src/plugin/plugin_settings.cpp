@@ -314,6 +314,7 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   if (!settings.enabled) return settings;
   read_masks(keys, settings);
   read_mask_culler(keys, settings.filter.mask_culler);
+  settings.names_classes = keys.host.has(keys.name("dynamic_classes"));
   read_rule(keys, settings);
   settings.depth_units_per_metre = read_depth_factor(keys);
   settings.orb_features = read_features(keys);

@@ -24,6 +24,7 @@ struct PluginSettings {
   std::string remote;          ///< the address of another process,
   std::string model;           ///< or the file of a network
   std::string device = "cpu";  ///< that the network runs on
+  bool names_classes = false;  ///< dynamic_classes is in the file
   MaskFolderOptions mask_folder_options;
   std::optional<HandOver> hand_over;    ///< with a thread; none: masks are made on demand
   bool moves_masks = false;             ///< moves masks to the frame, see MaskPropagator

@@ -40,6 +40,8 @@ images, depth, masks and features. Each check needs 8 frames.
            R"(dynamic_classes: class ids of dynamic objects
 wanted_features: number asked for in each frame; 0: unknown)")
       .def("note_camera", &InputChecks::note_camera, py::arg("camera"), "Notes the camera.")
+      .def("note_mask_values", &InputChecks::note_mask_values, py::arg("values"),
+           "Notes MaskFolderSegmenter.values().")
       .def(
           "add",
           [](InputChecks& self, const FrameView& frame,

@@ -110,7 +110,9 @@ allow_missing: whether masks may be missing; those of such a frame are unknown, 
 Raises RuntimeError that names the file, and the line, for what is missing or malformed.)")
       .def("__len__", &MaskFolderSegmenter::size)
       .def("has_mask", &MaskFolderSegmenter::has_mask, py::arg("timestamp_s"),
-           "Whether there is a mask for a frame of this time.");
+           "Whether there is a mask for a frame of this time.")
+      .def("values", &MaskFolderSegmenter::values,
+           "Returns the different values but 0 of masks without a table, of 30 of them.");
   py::class_<MaskFolderWriter>(
       module, "MaskFolderWriter",
       R"(Writes segmentations as label maps with an instances.csv: the first format that

@@ -230,6 +230,24 @@ TEST_F(PluginTest, SaysOnceWhatIsOddAboutTheFirstFrames) {
             std::string::npos);
 }
 
+TEST_F(PluginTest, SaysThatMasksWithoutATableAreSoft) {
+  fs::create_directories(path("soft"));
+  for (int i = 0; i < frames; ++i) {
+    const HostFrame frame(i);
+    const Instance& person = frame.segmentation.instances[0];
+    cv::Mat mask(frame.image.size(), CV_8UC1, cv::Scalar(0));
+    for (int y = 0; y < person.mask.rows; ++y) {
+      mask(cv::Rect(person.mask_origin + cv::Point(0, y), cv::Size(40 - y, 1))).setTo(255 - 3 * y);
+    }
+    cv::imwrite((path("soft") / (std::to_string(frame.timestamp_s) + ".png")).string(), mask);
+  }
+  Plugin plugin(raw_settings("dynfilter.mask_folder: \"" + path("soft").string() + "\"\n"));
+  ::testing::internal::CaptureStderr();
+  for (int i = 0; i < 100; ++i) kept(plugin, i % frames);
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("masks hold 40 shades of grey"), std::string::npos) << said;
+}
+
 TEST_F(PluginTest, NamesTheFactorThatDepthInWholeNumbersLacks) {
   const std::string without = path("without.yaml").string();
   std::ofstream(without) << "%YAML:1.0\ndynfilter.mask_folder: \"" << masks().string() << "\"\n";

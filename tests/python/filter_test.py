@@ -83,12 +83,13 @@ def test_depths_of_features_stand_for_a_depth_image(scene):
         filter.apply(frame, masks, scene.points, depths_m=depths_m[1:])
 
 
-def findings_of(scene, masks, scale=1.0):
+def findings_of(scene, masks, scale=1.0, points=None, boxes=None):
     checks = dynfilter.InputChecks(dynamic_classes=[0])
     checks.note_camera(dynfilter.Camera(fx=100, fy=100, cx=80, cy=60))
     for i in range(8):
         frame = scene.frame(timestamp_s=i / 30, metres_per_unit=scale / 5000)
-        checks.add(frame, dynfilter.Segmentation.from_masks(frame, masks), scene.points)
+        found = dynfilter.Segmentation.from_masks(frame, masks, boxes=boxes)
+        checks.add(frame, found, scene.points if points is None else points)
     assert len(checks) == 8
     return {finding.check: finding.sentence for finding in checks.findings()}
 
@@ -99,6 +100,27 @@ def test_inverted_masks_and_a_wrong_unit_are_named(scene):
     inverted = findings_of(scene, (scene.mask[None] == 0).astype(np.uint8))
     assert "are they inverted" in inverted["masks_everywhere"]
     assert "too large" in findings_of(scene, scene.mask[None], 100)["depth_unit"]
+
+
+def test_points_and_boxes_of_another_reading_are_named(scene):
+    sound = findings_of(scene, scene.mask[None])
+    assert not {"features_outside", "features_quarter", "boxes"} & set(sound)
+    for points, part in [(scene.points[:, ::-1], "give (x, y)"), (scene.points / (160, 120), "normalised")]:
+        found = findings_of(scene, scene.mask[None], points=np.ascontiguousarray(points))
+        assert part in found.get("features_outside", "") + found.get("features_quarter", "")
+    y, x = np.nonzero(scene.mask)
+    x1, y1, x2, y2 = x.min(), y.min(), x.max() + 1, y.max() + 1
+    for box, part in [((y1, x1, y2, x2), "y comes before x"), ((0.1, 0.1, 0.5, 0.9), "normalised")]:
+        assert part in findings_of(scene, scene.mask[None], boxes=np.array([box]))["boxes"]
+
+
+def test_soft_masks_are_named(scene):
+    checks = dynfilter.InputChecks()
+    checks.note_mask_values(list(range(1, 200, 2)))
+    for i in range(8):
+        frame = scene.frame(timestamp_s=i / 30)
+        checks.add(frame, dynfilter.Segmentation.from_masks(frame, scene.mask[None]))
+    assert "masks_soft" in {finding.check for finding in checks.findings()}
 
 
 def test_misuse_is_refused(scene):
