@@ -310,9 +310,16 @@ Finding depth_has_a_rim(const Summary& s) {
   return say("depth_rim", percent(std::max(sides, ends)), sides > ends ? "width" : "height");
 }
 
+Finding features_are_elsewhere(const Summary& s) {
+  return s.other_size.empty() ? s.places.about_features(s.size) : std::nullopt;
+}
+
+Finding boxes_are_wrong(const Summary& s) { return s.places.about_boxes(); }
+
 /// In recordings, 0.18 of the features on people have no depth, in levels 0.24.
 Finding features_lack_depth(const Summary& s) {
   const double without = s.without_depth(), hollow = s.hollow / std::max(1.0, s.on_people);
+  if (features_are_elsewhere(s)) return {};
   if (without > max_without_depth && !(s.missing() > max_missing))
     return say("features_without_depth", percent(without));
   const bool is_hollow =
@@ -359,9 +366,10 @@ Finding map_cannot_start(const Summary& s) {
 }
 
 constexpr Finding (*checks[])(const Summary&) = {
-    camera_is_wrong, times_are_wrong,  images_are_wrong,     depth_is_wrong,  masks_are_wrong,
-    masks_are_old,   people_are_apart, masks_are_small,      depth_has_a_rim, features_lack_depth,
-    motion_is_idle,  features_are_few, features_are_starved, map_cannot_start};
+    features_are_elsewhere, boxes_are_wrong,  camera_is_wrong,      times_are_wrong,
+    images_are_wrong,       depth_is_wrong,   masks_are_wrong,      masks_are_old,
+    people_are_apart,       masks_are_small,  depth_has_a_rim,      features_lack_depth,
+    motion_is_idle,         features_are_few, features_are_starved, map_cannot_start};
 
 }  // namespace
 

@@ -88,6 +88,8 @@ void InputSummary::add(const FrameView& frame, SegmentationView masks, FeaturesV
     if (!frame.depth.empty()) add_depth(frame);
     if (masks.has_value()) add_masks(frame, *masks);
   }
+  places.add_features(seen, size);
+  if (masks.has_value()) places.add_boxes(*masks, size);
   add_features(frame, masks, seen, statistics);
   ++frames;
   constexpr std::size_t max_compared = 300;  // frames, of 3 ms each

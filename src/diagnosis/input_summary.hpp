@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <array>
 #include <limits>
 #include <optional>
 #include <set>
@@ -33,6 +34,21 @@ class Series {
 
  private:
   std::vector<double> values_;
+};
+
+/// Where features and boxes lie: in the image, and boxes around their masks.
+struct PlaceSummary {
+  void add_features(FeaturesView features, const cv::Size& image);
+  void add_boxes(const Segmentation& masks, const cv::Size& image);
+  std::optional<InputFinding> about_features(const cv::Size& image) const;
+  std::optional<InputFinding> about_boxes() const;
+
+  Series reach;                 // of the features: greatest x or y, as a share of the image's side
+  Series outside, turned;       // shares of the features outside the image; with x and y exchanged
+  double boxes = 0, apart = 0;  // apart: do not touch their masks
+  /// Boxes that fit neither mask nor image as they are, but if read as normalised, with y before x,
+  /// with corners for sizes, with sizes for corners, or of another mask.
+  std::array<double, 5> readings{};
 };
 
 /// What the frames so far show, as far as they can. "People" are instances of dynamic classes.
@@ -73,6 +89,7 @@ struct InputSummary {
   std::size_t judged = 0;                         // frames
   MotionOutcome motion = MotionOutcome::not_run;  // of the last frame with an image
   DepthOffsetEstimator offset;
+  PlaceSummary places;
 
  private:
   void add_image(const FrameView& frame);

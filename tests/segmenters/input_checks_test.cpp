@@ -145,6 +145,24 @@ TEST(InputChecks, AreSilentAboutSoundFrames) {
   EXPECT_EQ(checks.frames(), sound_frames().size());
 }
 
+/// Makes another box of each instance's; gives each a mask that fits the box first.
+template <class Read>
+Change with_boxes(const Read& read) {
+  return [read](CheckedFrame& f, int) {
+    for (Instance& one : f.masks->instances)
+      one.box = read(cv::Rect(one.mask_origin, one.mask.size()));
+  };
+}
+
+Change with_features(float x, float y, bool is_turned = false) {
+  return [=](CheckedFrame& f, int) {
+    for (cv::KeyPoint& one : f.features) {
+      if (is_turned) std::swap(one.pt.x, one.pt.y);
+      one.pt.x *= x, one.pt.y *= y;
+    }
+  };
+}
+
 struct Variant {
   const char* check;  // that speaks, alone
   const char* part;   // of its sentence
@@ -246,6 +264,24 @@ TEST(InputChecks, EachSpeaksAlone) {
        [](CheckedFrame& f, int) { f.features.resize(100), f.statistics.reset(); }},
       {"features_left", "nFeatures to ",
        [](CheckedFrame& f, int) { f.statistics->masked = 400, f.statistics->compensated = 0; }},
+      {"features_outside", "(row, column)", with_features(1, 1, true)},
+      {"features_quarter", "normalised", with_features(1 / 320.F, 1 / 240.F)},
+      {"features_outside", "the same image", with_features(2, 2)},
+      {"features_quarter", "only 45 %", with_features(0.5F, 0.5F)},
+      {"boxes", "y comes before x",
+       with_boxes([](const cv::Rect& b) { return cv::Rect(b.y, b.x, b.height, b.width); })},
+      {"boxes", "sizes are corners",
+       with_boxes([](const cv::Rect& b) { return cv::Rect(b.x, b.y, b.br().x, b.br().y); })},
+      {"boxes", "corners are sizes",
+       with_boxes([](const cv::Rect& b) { return cv::Rect(b.tl(), cv::Point(b.size())); })},
+      {"boxes", "another order",
+       [](CheckedFrame& f, int) {
+         auto& all = f.masks->instances;
+         for (std::size_t k = 1; k < all.size(); ++k) std::swap(all[k].box, all[k - 1].box);
+       }},
+      {"boxes", "normalised", with_boxes([](const cv::Rect&) { return cv::Rect(0, 0, 1, 1); })},
+      {"boxes", "do not touch",
+       with_boxes([](const cv::Rect& b) { return cv::Rect(b.x - 400, b.y, b.width, b.height); })},
       {"motion", "pose_not_trusted",
        [](CheckedFrame& f, int) {
          f.statistics->motion.outcome = MotionOutcome::pose_not_trusted;
