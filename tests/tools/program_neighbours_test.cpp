@@ -117,7 +117,7 @@ class ColmapPage {
   explicit ColmapPage(const fs::path& sequence) {
     const std::string page = file_text(DYNFILTER_SOURCE_DIR "/examples/other_hosts/README.md");
     const std::size_t begin = page.find("sequence=SEQUENCE");
-    lines_ = page.substr(begin, page.find("```", begin) - begin);
+    lines_ = page.substr(begin, page.find("\n```", begin) - begin);
     replace("SEQUENCE", quoted(sequence));
     replace("\ndynfilter", "\n" + quoted(DYNFILTER_PROGRAM));
     replace("SiftExtraction.use_gpu 0", "SiftExtraction.use_gpu 0 --SiftExtraction.num_threads 1");
