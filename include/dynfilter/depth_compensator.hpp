@@ -79,8 +79,9 @@ inline DepthRuleFrame depth_rule_frame(const DepthCompensatorOptions& options,
 /// of this file: the place of the paper's edge compensation (section 3.2). The score is the
 /// detector's confidence times the certainty. Without a depth image, features with depths serve
 /// (FeaturesView::with_depths). Without these, too, and from an instance whose depth or box is not
-/// known, the stage abstains; the statistics say so. Limit: a thing that touches an object at its
-/// depth, inside its box, is removed with it.
+/// known, the stage abstains; the statistics say so. Limits: a thing at an object's depth, inside
+/// its box, is removed with it if no smooth way leads from it out of the box; and what a mask that
+/// follows the edges of depth missed is kept if one does, as from a hand on a table.
 class DepthCompensator {
  public:
   /// Takes the options. Throws std::invalid_argument for a number outside 0 to 1000000, and for a

@@ -39,7 +39,7 @@ inline cv::Mat refined_mask(const SurfaceRule& rule, const DepthObject& object, 
   const auto belongs = [&](cv::Point at) {
     if (!object.extent.contains(at)) return object.is_beside_mask(at, 0);
     if (surface(at - begin) != 0) return true;
-    if (is_near(at - begin) == 0) return object.is_beside_mask(at, object.margin_px);
+    if (is_near(at - begin) == 0 && !object.is_beside_mask(at, object.margin_px)) return false;
     return rule.certainty(object, at, frame.depth_at(object.depth_pixel_of(at))) >= 0.5;
   };
   for (cv::Point at = area.tl(); at.y < area.br().y; ++at.y) {

@@ -40,6 +40,28 @@ TEST(DepthCompensator, KeepsWhatIsConnectedWithTheSurroundings) {
   EXPECT_EQ(scene.at(405, 350).reason, Reason::compensated) << "nothing else has its depth";
 }
 
+TEST(DepthCompensator, KeepsWhatTouchesThePersonAndGoesOn) {
+  DepthScene scene;
+  scene.set_depth({360, 300, 280, 100}, 1.6);  // a table at the person's depth
+  EXPECT_EQ(scene.at(385, 350).reason, Reason::untouched);
+  EXPECT_FALSE(scene.refined().covers({385, 350}));
+  scene.set_depth({390, 210, 250, 40}, 1.54);  // a shelf that the limb touches
+  EXPECT_EQ(scene.at(375, 205).reason, Reason::untouched) << "nor is the limb known from it";
+  scene.set_mask({286, 120, 68, 320});
+  EXPECT_EQ(scene.at(375, 205).reason, Reason::compensated) << "nearer to the person";
+  EXPECT_EQ(scene.at(360, 350).reason, Reason::untouched) << "in the gap, but the table's";
+}
+
+TEST(DepthCompensator, FollowsTheDepthOfTheGapToAStep) {
+  DepthScene scene;
+  scene.set_depth({360, 120, 9, 320}, 1.55);
+  scene.set_depth({271, 120, 9, 320}, 1.55);
+  EXPECT_EQ(scene.measured().mask_gap_px, 0);
+  scene.set_depth({360, 120, 9, 320}, 1.52);
+  scene.set_depth({271, 120, 9, 320}, 1.52);
+  EXPECT_EQ(scene.measured().mask_gap_px, 9);
+}
+
 TEST(DepthCompensator, NearnessDecidesInHolesOfDepth) {
   DepthScene scene;
   scene.set_depth({400, 195, 16, 30}, 0);

@@ -7,6 +7,7 @@
 
 #pragma once
 
+#include <array>
 #include <map>
 #include <string>
 
@@ -39,6 +40,7 @@ struct DepthRuleOracle {
       cv::Rect box, masked, reach = {}, seeds = {};
       double m = 0, margin = 0;
       int shift = 0;
+      bool follows_edges = false;
     };
     const auto is_near = [&](const Object& o, double z) { return z > 0 && std::abs(z - o.m) <= h; };
 
@@ -95,7 +97,9 @@ struct DepthRuleOracle {
         while (last >= -std::min(reach, run) && !is_own(last)) --last;
         if (last < -std::min(reach, run) || border == 0) continue;
         for (; last >= 0 && next <= std::min({reach, border, last + 3}); ++next) {
-          if (is_own(next)) last = next;
+          const double z = depth_at({edge + way * next, y});
+          const double step = z - depth_at({edge + way * last, y});
+          if (is_own(next) && std::abs(step) <= 0.03) last = next;
         }
         if (last < 0 || next > last + 3) found.push_back(last);
       }
@@ -135,6 +139,7 @@ struct DepthRuleOracle {
           times["shifted"] += o.shift != 0 ? 1 : 0;
         }
       }
+      o.follows_edges = !stale && o.seeds.empty() && found.mask_gap_px <= 3 * scale;
       o.reach = detail::clip_grown(o.box, std::lround(6 * scale + growth),
                                    std::lround(6 * scale + growth / 2), size);
       z = depths(o.reach, nullptr);
@@ -166,10 +171,11 @@ struct DepthRuleOracle {
     }
     if (objects.empty()) return;
 
-    // Flood: cells by row and column; owner 1 is an object, -1 the surroundings.
+    // Flood: cells by row and column, with the steps to the objects (0) and the surroundings (1).
     struct Cell {
-      double z = 0, step = INFINITY;
-      int owner = 0;
+      double z = 0;
+      std::array<double, 2> steps = {INFINITY, INFINITY};
+      bool is_seed = false;
     };
     std::map<std::pair<int, int>, Cell> cells;
     double width = 16 * scale;
@@ -193,8 +199,10 @@ struct DepthRuleOracle {
           is_seed = is_seed || (is_on && is_near(o, z));
           is_in_reach = is_in_reach || o.reach.contains(at);
         }
-        const int owner = z == 0 ? 0 : is_seed ? 1 : is_in_reach ? 0 : -1;
-        cells[{y, x}] = {z, owner == 0 ? INFINITY : -1, owner};
+        Cell& cell = cells[{y, x}];
+        cell.z = z;
+        cell.is_seed = is_seed || !is_in_reach;
+        if (z > 0 && cell.is_seed) cell.steps[is_seed ? 0 : 1] = 0;
       }
     }
     for (int i = 0; i < 4 * rows * columns; ++i) {  // four sweeps: forth, back, forth, back
@@ -204,27 +212,29 @@ struct DepthRuleOracle {
       Cell& cell = cells[{place / columns, place % columns}];
       for (const auto& [dy, dx] : {std::pair(0, 1), {1, -1}, {1, 0}, {1, 1}}) {
         const Cell& from = cells[{place / columns + way * dy, place % columns + way * dx}];
-        const double step = std::max(from.step, std::abs(cell.z - from.z));
-        const bool is_less = step < cell.step || (step == cell.step && from.owner > cell.owner);
-        if (cell.z == 0 || from.owner == 0 || step > 0.2 || !is_less) continue;
-        cell.step = step;
-        cell.owner = from.owner;
+        if (cell.z == 0 || cell.is_seed) continue;
+        for (const int side : {0, 1}) {
+          const double step = std::max(from.steps[side], std::abs(cell.z - from.z));
+          cell.steps[side] = std::min(cell.steps[side], step);
+        }
       }
     }
 
     // The inequality. Without an image no cell is known, and the depth alone decides.
     const auto owns = [&](const Object& o, cv::Point at, double z) {
-      const double needed = 0.25 * (h - std::abs(z - o.m));
-      double to_object = 0.2, to_surroundings = 0.2;
+      std::array<double, 2> least = {0.2, 0.2};
       for (int y = at.y / side - 1; y <= at.y / side + 1; ++y) {
         for (int x = at.x / side - 1; x <= at.x / side + 1; ++x) {
           const Cell& cell = cells[{y, x}];
-          const double step = std::max(cell.step, std::abs(z - cell.z));
-          if (cell.owner > 0) to_object = std::min(to_object, step);
-          if (cell.owner < 0) to_surroundings = std::min(to_surroundings, step);
+          for (const int to : {0, 1}) {
+            least[to] = std::min(least[to], std::max(cell.steps[to], std::abs(z - cell.z)));
+          }
         }
       }
-      return z > 0 && needed >= -0.2 && to_object - to_surroundings <= needed;
+      const double to_object = least[0] + 0.25 * std::max(0.0, std::abs(z - o.m) - h);
+      const bool is_joined = least[1] < 0.2;  // with the surroundings
+      if (z == 0 || (is_joined && o.follows_edges)) return false;
+      return is_joined ? to_object < least[1] : to_object <= 0.2;
     };
     const auto near_mask = [&](const Object& o, cv::Point pixel, double margin) {
       return !stale && oracle_on_mask(*o.instance, cv::Point2d(pixel), margin);
@@ -261,8 +271,10 @@ struct DepthRuleOracle {
     };
     const auto certainty = [&](const Object& o, cv::Point pixel, double z) -> double {
       if (owns(o, place_of(o, pixel), z)) return ++times[has_image ? "by depth" : "by column"], 1;
-      if (near_mask(o, pixel, o.margin)) return ++times["by margin"], 1;
-      if (z > 0 && (!has_image || z < o.m + h)) return 0;
+      const bool is_behind = z == 0 || z >= o.m + h;
+      const double margin = is_behind || !has_image ? o.margin : options.mask_margin_px * scale;
+      if (near_mask(o, pixel, margin)) return ++times["by margin"], 1;
+      if (z > 0 && (!has_image || !is_behind)) return 0;
       if (!has_image && pixels.size() > 10000) return 0;
       const double sum = has_image ? nearness(o, place_of(o, pixel)) : votes(o, pixel);
       const bool is_in_shadow = sum >= 0.45 && near_mask(o, pixel, o.margin + 9 * scale);

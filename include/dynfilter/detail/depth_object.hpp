@@ -49,12 +49,13 @@ struct DepthRuleFrame {
 struct DepthObject {
   const DepthRuleFrame* frame;
   const Instance* instance;
-  std::size_t k;           // index of the instance
-  double margin_px;        // the frame's, and the gap between mask and depth
-  double depth_m = 0;      // its median depth
-  int shift_px = 0;        // how far its depth lies to the right of its mask
-  cv::Rect extent = {};    // where it may be
-  cv::Rect seed_box = {};  // where its depth was found; empty: on its mask
+  std::size_t k;               // index of the instance
+  double margin_px;            // the frame's, and the gap between mask and depth
+  double depth_m = 0;          // its median depth
+  int shift_px = 0;            // how far its depth lies to the right of its mask
+  cv::Rect extent = {};        // where it may be
+  cv::Rect seed_box = {};      // where its depth was found; empty: on its mask
+  bool follows_edges = false;  // whether its fresh mask ends where its depth does
 
   /// Whether a depth, 0 where it is unknown, lies within the half width of the object's.
   bool is_at_depth(double metres) const {
@@ -138,6 +139,8 @@ class ObjectFinder {
   static constexpr double max_followed_px = 24;      // With more, a desk is taken for the object.
   static constexpr std::size_t min_rows = 4;         // With more, small objects have no gap.
   static constexpr double max_gap_px = 16;           // With more, margins take static features.
+  static constexpr double max_good_gap_px = 3;       // With more, poor masks keep what they miss.
+  static constexpr double max_followed_m = 0.03;     // With more, a thing behind gives the gap.
   static constexpr double min_shift_px = 4;          // With more, slightly late depth is misread.
   static constexpr double min_share_behind = 0.05;   // With more, who fills the image is a wall.
 
@@ -218,6 +221,8 @@ class ObjectFinder {
     if (is_measured && frame_.is_stale) {
       growth_px = std::min(growth_px, frame_.moved_px / 2 + 2 * std::abs(object.shift_px));
     }
+    object.follows_edges = !frame_.is_stale && object.seed_box.empty() &&
+                           statistics.mask_gap_px <= max_good_gap_px * frame_.scale;
     const double margin_px = box_margin_px * frame_.scale;
     object.extent = clip_grown(box, std::lround(margin_px + growth_px),
                                std::lround(margin_px + growth_px / 2), frame_.size);
@@ -262,19 +267,20 @@ class ObjectFinder {
   }
 
   /// Follows the object's depth from the end of a row of its mask to the left (direction -1) or
-  /// right (1), over holes of two pixels, to where it ends. If the end of the row lacks it, looks
-  /// for it inwards. Notes the distance, negative inwards, unless it exceeds its limit.
+  /// right (1), over holes of two pixels, to a step or where it ends. If the end of the row lacks
+  /// it, looks for it inwards. Notes the distance, negative inwards, unless it exceeds its limit.
   void follow_depth(const DepthObject& object, cv::Point end, int direction, int max_outwards,
                     int max_inwards) {
-    const auto is_object = [&](int distance) {
-      return object.is_at_depth(frame_.depth_at({end.x + direction * distance, end.y}));
+    const auto depth_m = [&](int distance) {
+      return frame_.depth_at({end.x + direction * distance, end.y});
     };
     int gap = 0;
-    while (gap >= -max_inwards && !is_object(gap)) --gap;
+    while (gap >= -max_inwards && !object.is_at_depth(depth_m(gap))) --gap;
     if (max_outwards == 0 || gap < -max_inwards) return;
     for (int next = 1; gap >= 0 && next <= gap + 3; ++next) {
       if (next > max_outwards) return;
-      if (is_object(next)) gap = next;
+      const double step_m = std::abs(depth_m(next) - depth_m(gap));
+      if (object.is_at_depth(depth_m(next)) && step_m <= max_followed_m) gap = next;
     }
     gaps_[direction < 0 ? 0 : 1].push_back(gap);
   }

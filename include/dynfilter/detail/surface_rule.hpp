@@ -17,17 +17,19 @@
 
 namespace dynfilter::detail {
 
-/// Surfaces of a frame, divided between its objects and their surroundings on a grid of cells. A
-/// cell has the depth of its middle pixel. A step is a difference of depth between neighbours, and
-/// a way is as hard as its largest step: each cell goes to the side with the easiest way to it.
+/// Surfaces of a frame, on a grid of cells between its objects and their surroundings. A cell has
+/// the depth of its middle pixel. A step is a difference of depth between neighbours, and a way is
+/// as hard as its largest step.
 class SurfaceGrid {
  public:
-  enum Owner { nobody, surroundings, an_object };  // At equal steps, the last one wins.
+  struct Steps {  // on the easiest way to each side, metres
+    double object_m = std::numeric_limits<double>::infinity();
+    double around_m = std::numeric_limits<double>::infinity();
+  };
 
   struct Cell {
     double depth_m = 0;
-    double step_m = -1;  // the largest on the way to it; -1: a seed, or no depth
-    Owner owner = nobody;
+    Steps steps = {};  // -1: a seed of this side, which has no way to the other one
   };
 
   /// Floods the surfaces from the seeds: the objects' depths where they were found, and all that
@@ -58,31 +60,35 @@ class SurfaceGrid {
     }
   }
 
-  /// Whether the surface at a pixel of depth z belongs to an object of depth m:
-  ///
-  ///     step to the objects - step to the surroundings <= 1/4 (half_width_m - |z - m|).
-  ///
-  /// So a pixel at the object's depth belongs to it unless its step to the surroundings is smaller
-  /// by more than the right side; one beyond the half width must be nearer to the object.
+  /// Whether the surface at a pixel belongs to an object: if the way there is easier than that to
+  /// the surroundings, or if there is no way to these and the pixel is at the object's depth. Where
+  /// a mask follows the edges of depth, nothing with a way to the surroundings was missed. Beyond
+  /// the half width, a way gets harder.
   bool belongs_to(const DepthObject& object, cv::Point pixel, double depth_m) const {
-    const double allowed_m =
-        step_per_depth * (object.frame->half_width_m - std::abs(depth_m - object.depth_m));
-    if (!(depth_m > 0) || allowed_m < -max_step_m) return false;
-    double steps_m[] = {max_step_m, max_step_m, max_step_m};  // to each owner
+    if (!(depth_m > 0)) return false;
+    Steps least{max_step_m, max_step_m};
     const Cell* const middle = &cells_[cell_of(pixel)];
     for (const int row : {-columns_, 0, columns_}) {
       for (const Cell* cell = middle + row - 1; cell <= middle + row + 1; ++cell) {
-        const double step_m = std::max(cell->step_m, std::abs(depth_m - cell->depth_m));
-        steps_m[cell->owner] = std::min(steps_m[cell->owner], step_m);
+        ease(least, cell->steps, std::abs(depth_m - cell->depth_m));
       }
     }
-    return steps_m[an_object] - steps_m[surroundings] <= allowed_m;
+    const double beyond_m = std::abs(depth_m - object.depth_m) - object.frame->half_width_m;
+    const double step_m = least.object_m + step_per_depth * std::max(0.0, beyond_m);
+    if (least.around_m == max_step_m) return step_m <= max_step_m;
+    return !object.follows_edges && step_m < least.around_m;
   }
 
  private:
   static constexpr double max_cell_px = 16, min_cell_px = 6;  // With more, arms are missed.
-  static constexpr double max_step_m = 0.2;       // With more, objects join the wall behind them.
-  static constexpr double step_per_depth = 0.25;  // With more, a desk at their depth joins them.
+  static constexpr double max_step_m = 0.2;       // With more, limbs join the wall behind them.
+  static constexpr double step_per_depth = 0.25;  // With more, hands before the body are missed.
+
+  /// Makes steps as easy as those of a neighbour, over the step between both.
+  static void ease(Steps& steps, const Steps& from, double step_m) {
+    steps.object_m = std::min(steps.object_m, std::max(from.object_m, step_m));
+    steps.around_m = std::min(steps.around_m, std::max(from.around_m, step_m));
+  }
 
   std::size_t cell_of(cv::Point pixel) const {
     return static_cast<std::size_t>((pixel.y / side_ + 1) * columns_ + pixel.x / side_ + 1);
@@ -98,29 +104,24 @@ class SurfaceGrid {
     return side;
   }
 
-  /// Returns the cell of a pixel before the flood: a seed, or one that nobody owns yet.
+  /// Returns the cell of a pixel before the flood.
   static Cell seed(cv::Point pixel, double depth_m, const std::vector<DepthObject>& objects) {
     bool is_outside = true;
     for (const DepthObject& object : objects) {
       const bool is_surface = object.seed_box.empty() ? object.covers_depth_pixel(pixel)
                                                       : object.seed_box.contains(pixel);
-      if (is_surface && object.is_at_depth(depth_m)) return {depth_m, -1, an_object};
+      if (is_surface && object.is_at_depth(depth_m)) return {depth_m, {-1}};
       is_outside = is_outside && !object.extent.contains(pixel);
     }
-    if (is_outside) return {depth_m, -1, surroundings};
-    return {depth_m, std::numeric_limits<double>::infinity(), nobody};
+    return {depth_m, {Steps().object_m, is_outside ? -1 : Steps().around_m}};
   }
 
-  /// Gives a cell to the best of the four neighbours before it (direction -1) or after it (1).
+  /// Eases the ways to a cell by the four neighbours before it (direction -1) or after it (1).
   void relax(Cell& cell, int direction) const {
-    if (cell.step_m < 0) return;
+    if (cell.depth_m == 0 || std::min(cell.steps.object_m, cell.steps.around_m) < 0) return;
     for (const int offset : {1, columns_ - 1, columns_, columns_ + 1}) {
       const Cell& from = (&cell)[direction * offset];
-      const double step_m = std::max(from.step_m, std::abs(cell.depth_m - from.depth_m));
-      if (from.owner == nobody || step_m > max_step_m || step_m > cell.step_m) continue;
-      if (step_m == cell.step_m && from.owner <= cell.owner) continue;
-      cell.step_m = step_m;
-      cell.owner = from.owner;
+      ease(cell.steps, from.steps, std::abs(cell.depth_m - from.depth_m));
     }
   }
 
@@ -142,8 +143,10 @@ class SurfaceRule {
   double certainty(const DepthObject& object, cv::Point pixel, double depth_m) const {
     const cv::Point depth_pixel = object.depth_pixel_of(pixel);
     if (grid_.belongs_to(object, depth_pixel, depth_m)) return 1;
-    if (object.is_beside_mask(pixel, object.margin_px)) return 1;
-    if (depth_m > 0 && depth_m < object.depth_m + frame_.half_width_m) return 0;
+    const bool is_behind = depth_m == 0 || depth_m >= object.depth_m + frame_.half_width_m;
+    // The gap may be that of a thing beside the mask at the object's depth.
+    if (object.is_beside_mask(pixel, is_behind ? object.margin_px : frame_.margin_px)) return 1;
+    if (!is_behind) return 0;
     const double enclosure = enclosure_at(object, depth_pixel);
     const double shadow_end_px = object.margin_px + shadow_px * frame_.scale;
     const bool is_in_shadow =
