@@ -94,7 +94,7 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
       pictures_(staged_.path(), source.size(), settings.overlays, rule) {
   if (rule.moves_masks()) propagator_.emplace();
   if (source.facts().has_depth && settings.every == 1) {
-    odometry_.emplace(source.facts().camera);
+    odometry_.emplace(source.facts().camera, rule.kernel);
   }
   record_.scene = scene.name();
   record_.rule = rule;

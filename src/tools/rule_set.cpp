@@ -11,7 +11,7 @@
 #include "dynfilter/edge_compensator.hpp"
 #include "dynfilter/motion/motion_judge.hpp"
 #include "dynfilter/stage.hpp"
-#include "lab/rules/single_frame.hpp"
+#include "lab/rules/epipolar_check.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -44,6 +44,12 @@ AnyStage on_frame(const Parts& parts) {
   return any_stage(Rule(parts.masks.dynamic_classes));
 }
 
+AnyStage epipolar(const Parts& parts) {
+  return
+      [check = std::make_shared<peers::EpipolarCheck>(parts.masks.dynamic_classes)](
+          const FilterInput& input, FeatureLabels& labels, Workspace&) { (*check)(input, labels); };
+}
+
 /// Makes a stage and, after it, a motion judge, which copies share.
 template <AnyStage (*make_first)(const Parts&)>
 AnyStage then_motion(const Parts& parts) {
@@ -71,6 +77,12 @@ const std::vector<Entry>& entries() {
        on_frame<peers::WholeBox>},
       {{"ngd_slam", "features on a mask made from the box's depth (NGD-SLAM)", M::left, S::frame},
        on_frame<peers::BoxDepthMask>},
+      {{"lk_epipolar", "dynaslam's, then features off their epipolar lines (DS-SLAM's check)",
+        M::left, S::flow},
+       epipolar},
+      {{"mask_robust", "rule mask, and poses by the kernel of Geman and McClure", M::culled,
+        S::none, odometry::Kernel::geman_mcclure},
+       nothing},
       {{"paper", "features on the masks, and in the box by depth and D-LBP (the paper)", M::culled,
         S::frame},
        paper},

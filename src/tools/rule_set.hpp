@@ -13,6 +13,7 @@
 #include "dynfilter/camera.hpp"
 #include "dynfilter/mask_culler.hpp"
 #include "dynfilter/workspace.hpp"
+#include "lab/odometry/odometry.hpp"
 
 namespace dynfilter::tools {
 
@@ -32,6 +33,7 @@ enum class RuleMasks : std::uint8_t {
 enum class RuleStage : std::uint8_t {
   none,
   frame,  ///< judges each frame by itself
+  flow,   ///< judges features by their way since the frame before
   motion  ///< judges features by their motion
 };
 
@@ -40,6 +42,7 @@ struct RuleInfo {
   std::string description;  ///< half a line
   RuleMasks masks;
   RuleStage stage;
+  odometry::Kernel kernel = odometry::Kernel::huber;
 
   bool takes_masks() const { return masks >= RuleMasks::culled; }
   bool moves_masks() const { return masks == RuleMasks::moved; }
@@ -48,7 +51,7 @@ struct RuleInfo {
   bool compensates() const { return stage != RuleStage::none; }
   bool follows_motion() const { return stage == RuleStage::motion; }
   /// Whether the rule follows objects from frame to frame. Such rules run only on request.
-  bool needs_every_frame() const { return moves_masks() || follows_motion(); }
+  bool needs_every_frame() const { return moves_masks() || stage >= RuleStage::flow; }
 };
 
 /// Returns the names of all rules, in the tables' order.

@@ -94,9 +94,9 @@ bool Odometry::match(const FrameFeatures& features, Pose& pose) {
 /// Refines the pose by what is matched, then by all that it lets find. Returns the number of
 /// inliers.
 std::size_t Odometry::match_all(const FrameFeatures& features, Pose& pose) {
-  if (refine_pose(map_, features, camera_, pose) < min_inliers / 2) return 0;
+  if (refine_pose(map_, features, camera_, kernel_, pose) < min_inliers / 2) return 0;
   match_others(map_, features, camera_, pose);
-  return refine_pose(map_, features, camera_, pose);
+  return refine_pose(map_, features, camera_, kernel_, pose);
 }
 
 /// Tells whether enough points agree, and in enough places: those of one corner give a poor pose.

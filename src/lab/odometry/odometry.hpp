@@ -36,7 +36,8 @@ struct FrameResult {
 /// Equal frames and masks give bit-identical poses on one machine.
 class Odometry {
  public:
-  explicit Odometry(const dynfilter::Camera& camera) : camera_(camera) {}
+  explicit Odometry(const dynfilter::Camera& camera, Kernel kernel = Kernel::huber)
+      : camera_(camera), kernel_(kernel) {}
 
   /// Tracks a frame with features that the caller has extracted and filtered: one descriptor a row,
   /// CV_8UC1 of 32 columns. Frames come in the order of time. Throws std::invalid_argument for
@@ -60,6 +61,7 @@ class Odometry {
   void add_keyframe(const FrameFeatures& features);
 
   dynfilter::Camera camera_;
+  Kernel kernel_;
   Map map_;
   dynfilter::Pose pose_;    // world to camera, in the last frame
   dynfilter::Pose motion_;  // from the frame before the last to the last

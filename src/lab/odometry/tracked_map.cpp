@@ -168,9 +168,16 @@ Pose pose_of(const cv::Vec3d& rotation, const cv::Vec3d& translation) {
   return pose;
 }
 
-/// Makes a step of Gauss and Newton, with Huber's kernel if it is robust. Returns its length.
+/// Returns the weight of a squared error beside its limit for outliers. Geman and McClure's is as
+/// in S. Geman, D. McClure, "Statistical methods for tomographic image reconstruction", 1987.
+double weight_of(double squared, double limit, Kernel kernel) {
+  if (kernel == Kernel::geman_mcclure) return 1 / ((1 + squared / limit) * (1 + squared / limit));
+  return squared > limit ? std::sqrt(limit / squared) : 1;
+}
+
+/// Makes a step of Gauss and Newton, with a kernel or none. Returns its length.
 double step_towards(const std::vector<const MapPoint*>& points, const FrameFeatures& features,
-                    const Camera& camera, bool is_robust, Pose& pose) {
+                    const Camera& camera, std::optional<Kernel> kernel, Pose& pose) {
   // A degenerate view leaves directions undetermined.
   cv::Matx66d hessian = cv::Matx66d::eye() * 1e-6;
   cv::Vec6d gradient, step;
@@ -180,8 +187,7 @@ double step_towards(const std::vector<const MapPoint*>& points, const FrameFeatu
     const Observation& seen = features[point->feature];
     const cv::Vec3d error = residual(camera, seen, place);
     const cv::Matx<double, 3, 6> slope = derivative(camera, seen, place);
-    const double limit = squared_limit(seen), squared = error.dot(error);
-    const double weight = is_robust && squared > limit ? std::sqrt(limit / squared) : 1;
+    const double weight = kernel ? weight_of(error.dot(error), squared_limit(seen), *kernel) : 1;
     hessian += weight * (slope.t() * slope);
     gradient += weight * (slope.t() * error);
   }
@@ -289,7 +295,8 @@ bool find_pose(Map& map, const FrameFeatures& features, const Camera& camera,
   return true;
 }
 
-std::size_t refine_pose(Map& map, const FrameFeatures& features, const Camera& camera, Pose& pose) {
+std::size_t refine_pose(Map& map, const FrameFeatures& features, const Camera& camera,
+                        Kernel kernel, Pose& pose) {
   constexpr int robust_passes = 2, passes = 4, steps_a_pass = 6;
   std::vector<const MapPoint*> points;
   for (int pass = 0; pass < passes; ++pass) {
@@ -298,8 +305,9 @@ std::size_t refine_pose(Map& map, const FrameFeatures& features, const Camera& c
       if (point.feature < 0) continue;
       if (pass == 0 || agrees(point, features, camera, pose)) points.push_back(&point);
     }
+    const auto used = pass < robust_passes ? std::optional(kernel) : std::nullopt;
     for (int i = 0; i < steps_a_pass && points.size() >= 3; ++i) {
-      if (step_towards(points, features, camera, pass < robust_passes, pose) < 1e-6) break;
+      if (step_towards(points, features, camera, used, pose) < 1e-6) break;
     }
   }
   // Products of rotations multiply their errors, so the result is made orthonormal.

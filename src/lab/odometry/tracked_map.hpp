@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include <dynfilter/camera.hpp>
@@ -12,6 +13,12 @@
 #include <opencv2/core.hpp>
 
 namespace odometry {
+
+/// What weighs a match by its error when a pose is refined.
+enum class Kernel : std::uint8_t {
+  huber,         ///< as in ORB-SLAM: beyond the limit for outliers, a match pulls no harder
+  geman_mcclure  ///< a match pulls the less, the farther it lies beyond that limit
+};
 
 /// A frame's measurement of a point.
 struct Observation {
@@ -80,6 +87,6 @@ bool find_pose(Map& map, const FrameFeatures& features, const dynfilter::Camera&
 /// disagree. Starts from the pose and does not search: a moving person with a third of the matches
 /// pulls it along. Returns the number of matches left.
 std::size_t refine_pose(Map& map, const FrameFeatures& features, const dynfilter::Camera& camera,
-                        dynfilter::Pose& pose);
+                        Kernel kernel, dynfilter::Pose& pose);
 
 }  // namespace odometry

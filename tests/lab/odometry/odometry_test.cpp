@@ -138,7 +138,10 @@ TEST(Odometry, WaitsForAFrameWithFeaturesAndDepth) {
 /// distorts.
 class Wall {
  public:
-  Wall() : depth_(480, 640, CV_32FC1, cv::Scalar(2)), descriptors_(400, 32, CV_8UC1) {
+  explicit Wall(Kernel kernel = Kernel::huber)
+      : odometry_({500, 500, 320, 240, 0.1}, kernel),
+        depth_(480, 640, CV_32FC1, cv::Scalar(2)),
+        descriptors_(400, 32, CV_8UC1) {
     cv::RNG random(8);
     for (int i = 0; i < descriptors_.rows; ++i) {
       const cv::Point pixel(random.uniform(20, 620), random.uniform(20, 460));
@@ -149,12 +152,18 @@ class Wall {
   }
 
   /// Tracks a frame that shows those of the points first to end that lie in a corner of this size.
-  FrameResult show(int first, int end, float corner_px = 640) {
+  /// The first `moving` points have moved to the right by 5 px.
+  FrameResult show(int first, int end, float corner_px = 640, int moving = 0) {
     std::vector<cv::KeyPoint> keypoints;
     cv::Mat descriptors(0, 32, CV_8UC1);
     for (int i = first; i < end; ++i) {
-      const cv::KeyPoint& keypoint = keypoints_[static_cast<std::size_t>(i)];
+      cv::KeyPoint keypoint = keypoints_[static_cast<std::size_t>(i)];
       if (std::max(keypoint.pt.x, keypoint.pt.y) >= corner_px) continue;
+      if (i < moving) {
+        const float depth_m = depth_.at<float>(cv::Point(keypoint.pt));
+        keypoint.pt.x += 5;
+        depth_.at<float>(cv::Point(keypoint.pt)) = depth_m;
+      }
       keypoints.push_back(keypoint);
       descriptors.push_back(descriptors_.row(i));
     }
@@ -170,7 +179,7 @@ class Wall {
   }
 
  private:
-  Odometry odometry_{{500, 500, 320, 240, 0.1}};
+  Odometry odometry_;
   cv::Mat depth_, descriptors_;
   std::vector<cv::KeyPoint> keypoints_;
   int frames_ = 0;
@@ -194,6 +203,17 @@ TEST(Odometry, IsLostWithFewPointsOrPointsOfOneCorner) {
     EXPECT_EQ(result.tracked, shown.tracked) << shown.end << ' ' << shown.corner_px;
     EXPECT_LT(cv::norm(result.pose->translation), 1e-6) << "the camera rests";
   }
+}
+
+TEST(Odometry, FollowsAMovingMajorityUnlessByGemanAndMcCluresKernel) {
+  std::map<Kernel, double> off_m;
+  for (const Kernel kernel : {Kernel::huber, Kernel::geman_mcclure}) {
+    Wall wall(kernel);
+    wall.show(0, 400);
+    off_m[kernel] = cv::norm(wall.show(0, 400, 640, 250).pose->translation);
+  }
+  EXPECT_GT(off_m[Kernel::huber], 0.005);
+  EXPECT_LT(off_m[Kernel::geman_mcclure], 0.001);
 }
 
 TEST(Odometry, MapsFeaturesAtOnceWhereItFollowsFew) {
