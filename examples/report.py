@@ -5,8 +5,9 @@
 
 usage: report.py RESULTS PAGE
 
-Draws bars of the rules, a map of the trajectories, courses over time, and the worst frames. The bars
-show medians over the scenes of a group, the other pictures its first scene.
+Shows a table and bars of the rules, a map of the trajectories, courses over time, and the worst frames.
+Bars, table and worst frames are of all scenes of a group, paths and courses of its first one. Drawings
+are vector graphics, which a browser saves as SVG.
 """
 
 import base64
@@ -26,7 +27,8 @@ except ImportError as error:
 ORDER = ["none", "mask", "paper", "depth"]  # further rules follow by name, and perfect comes last
 STYLE = """body { font: 16px/1.5 sans-serif; max-width: 1060px; margin: 2em auto; padding: 0 1em; color: #222; }
 img { max-width: 100%; } figure { margin: 0; } .row { display: flex; flex-wrap: wrap; gap: 1.5em; }
-.row figure { width: 640px; max-width: 100%; } figcaption { font-size: 85%; color: #555; }"""
+.row figure { width: 100%; } .row img { width: 100%; } td, th { padding: 0 1em 0 0; text-align: right; }
+td:first-child, th:first-child { text-align: left; } figcaption { font-size: 85%; color: #555; }"""
 plt.switch_backend("Agg")  # needs no screen
 plt.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False,
                      "axes.grid": True, "grid.color": "#e5e5e5", "axes.axisbelow": True,
@@ -92,14 +94,14 @@ def on_truth(estimate, truth):
 
 
 def embedded(data):
-    kind = "png" if data.startswith(b"\x89PNG") else "jpeg"
+    kind = "jpeg" if data.startswith(b"\xff\xd8") else "svg+xml"
     return f'<img alt="" src="data:image/{kind};base64,{base64.b64encode(data).decode()}">'
 
 
 def picture(figure):
     """Returns a figure of matplotlib as an element of HTML."""
     data = io.BytesIO()
-    figure.savefig(data, format="png", dpi=110)
+    figure.savefig(data, format="svg")
     plt.close(figure)
     return embedded(data.getvalue())
 
@@ -111,27 +113,51 @@ def colours(rules):
     return {"none": "#999", "perfect": "#222", **{rule: cycle[i % len(cycle)] for i, rule in enumerate(others)}}
 
 
+def setting_line(summary):
+    """Names what made the results."""
+    settings = [f"{name} {value}" for name, value in summary.get("options", {}).items()]
+    return f"<p>dynfilter {html.escape(', '.join([summary.get('version', ''), *settings]))}</p>"
+
+
+def table(rules, values, spreads):
+    """Returns a table with a row a rule: medians, and quartiles where there are several scenes."""
+    rows = [f"<tr><th>rule</th>{''.join(f'<th>{name}</th>' for name in values)}</tr>"]
+    for i, rule in enumerate(rules):
+        cells = ""
+        for name, column in values.items():
+            low, high = spreads[name][i]
+            cells += f"<td>{column[i]:.3g}{f' ({low:.3g}..{high:.3g})' if low < high else ''}</td>"
+        rows.append(f"<tr><td>{html.escape(rule)}</td>{cells}</tr>")
+    return f"<table>{''.join(rows)}</table>"
+
+
 def bars(scenes, colour):
-    """Draws a bar for each rule: medians over the scenes of a group."""
+    """Draws a bar for each rule, medians over the scenes of a group, and adds them as a table."""
     rules = sorted({run.rule for runs in scenes.values() for run in runs}, key=rank)
     figures = {"dynamic left a frame": lambda run: run.per_frame("dynamic_left"),
                "static removed a frame": lambda run: run.per_frame("static_removed"),
                "kept a frame": lambda run: run.per_frame("kept"),
                "ATE (RMSE), m": lambda run: run.summary.get("ate_rmse_m", np.nan),
                "frames lost, %": lambda run: 100 * run.per_frame("lost_frames")}
-    values = {name: [np.median([get(run) for runs in scenes.values() for run in runs if run.rule == rule])
-                     for rule in rules] for name, get in figures.items()}
+    found = {name: [[get(run) for runs in scenes.values() for run in runs if run.rule == rule] for rule in rules]
+             for name, get in figures.items()}
+    values = {name: [np.median(column) for column in columns] for name, columns in found.items()}
+    spreads = {name: [np.quantile(column, (0.25, 0.75)) for column in columns] for name, columns in found.items()}
     values = {name: column for name, column in values.items() if not np.isnan(column).all()}
     figure, panels = plt.subplots(1, len(values), figsize=(10, 0.7 + 0.27 * len(rules)), sharey=True, squeeze=False)
     for axes, (name, column) in zip(panels[0], values.items()):
         shown = axes.barh(rules, column, color=[colour[rule] for rule in rules], height=0.7)
         axes.bar_label(shown, [f"{value:.3g}" for value in column], padding=2, fontsize=8)
         axes.set_title(name, fontsize=9)
-        axes.set_xlim(0, 1.3 * (np.nanmax(column) or 1))
-        axes.locator_params(axis="x", nbins=3)
+        most, least = np.nanmax(column), np.nanmin(column)
+        if name.startswith("ATE") and most > 10 * least > 0:  # short bars would look alike
+            axes.set(xscale="log", xlim=(least / 2, 4 * most))
+        else:
+            axes.set_xlim(0, 1.3 * (most or 1))
+            axes.locator_params(axis="x", nbins=3)
         axes.grid(axis="y", visible=False)
     panels[0][0].invert_yaxis()
-    return picture(figure)
+    return picture(figure) + table(rules, values, spreads)
 
 
 def trajectories(runs, colour):
@@ -164,22 +190,33 @@ def courses(runs, colour):
             times_s = run.estimate[:, 0] if name.startswith("camera") else run.column("timestamp_s")
             panel.plot(times_s - run.start_s, get(run), color=colour[run.rule], lw=1.1, label=run.rule)
         panel.set(ylabel=name, ylim=(0, None))
+        off_m = [np.nanmedian(run.errors_m) for run in runs if np.isfinite(run.errors_m).any()]
+        if name.startswith("camera") and off_m and max(off_m) > 10 * min(off_m):
+            panel.set(yscale="log", ylim=(min(off_m) / 10, None))
     axes[-1, 0].set_xlabel("time, s")
     axes[0, 0].legend(fontsize=8, ncol=8, loc="lower left", bbox_to_anchor=(0, 1), frameon=False)
     return "<h3>Over time</h3>" + picture(figure)
 
 
-def worst_frames(runs):
-    """Names each rule's worst frames, and shows the worst one."""
+def badness(run):
+    """Returns how bad each frame is: by dynamic features left, else by how few are kept."""
+    left = run.column("dynamic_left")
+    return -run.column("kept") if np.isnan(left).all() else left
+
+
+def worst_frames(scenes):
+    """Names each rule's worst frames in the scene that has the worst one, and shows that."""
     figures = []
-    for run in runs:
+    for rule in sorted({run.rule for runs in scenes.values() for run in runs}, key=rank):
+        run = max((run for runs in scenes.values() for run in runs if run.rule == rule),
+                  key=lambda run: badness(run).max())
         key = "kept" if np.isnan(run.column("dynamic_left")).all() else "dynamic_left"
-        worst = np.argsort(run.column(key) if key == "kept" else -run.column(key), kind="stable")[:3]
-        what = key.replace("_", " ")
-        names = ", ".join(f"{html.escape(run.rows[i]['frame'])} ({run.rows[i][key]} {what})" for i in worst)
+        worst = np.argsort(-badness(run), kind="stable")[:3]
+        names = ", ".join(f"{html.escape(run.rows[i]['frame'])} ({run.rows[i][key]} {key.replace('_', ' ')})"
+                          for i in worst)
         file = run.folder / "worst_frame.jpg"
         shown = embedded(file.read_bytes()) if file.is_file() else ""
-        figures.append(f"<figure>{shown}<figcaption><b>{html.escape(run.rule)}</b>: {names}</figcaption></figure>")
+        figures.append(f"<figure>{shown}<figcaption><b>{html.escape(rule)}</b>: {names} of {html.escape(run.scene)}</figcaption></figure>")
     return '<h3>The worst frames</h3><div class="row">' + "".join(figures) + "</div>"
 
 
@@ -193,8 +230,8 @@ def main():
     for group, scenes in groups.items():
         scene, runs = next(iter(scenes.items()))
         count = "" if len(scenes) == 1 else f", medians over {len(scenes)} scenes; further pictures: {scene}"
-        parts += [f"<h2>{html.escape(group + count)}</h2>", bars(scenes, colour),
-                  trajectories(runs, colour), courses(runs, colour), worst_frames(runs)]
+        parts += [f"<h2>{html.escape(group + count)}</h2>", setting_line(runs[0].summary), bars(scenes, colour),
+                  trajectories(runs, colour), courses(runs, colour), worst_frames(scenes)]
     page.write_text("\n".join(parts) + "</html>\n", encoding="utf-8")
     print(f"{page}: {sum(map(len, groups.values()))} scenes in {len(groups)} groups")
 

@@ -77,24 +77,23 @@ void draw_mask(cv::Mat& canvas, const Instance& instance, const cv::Scalar& colo
   }
 }
 
-/// Draws dynamic objects in vermilion and others in grey; all in vermilion if the labels have no
-/// statistics for them.
-void draw_masks(cv::Mat& canvas, const Segmentation& segmentation,
-                const FrameStatistics& statistics) {
+/// Draws dynamic objects in vermilion with a white box, and others in grey; all as dynamic ones if
+/// the labels have no statistics for them.
+void draw_instances(cv::Mat& canvas, const Segmentation& segmentation,
+                    const FrameStatistics& statistics) {
+  const auto grey = cv::Scalar::all(160), white = cv::Scalar::all(255);
+  const auto is_static = [&](std::size_t k) {
+    return k < statistics.instances.size() && !statistics.instances[k].dynamic;
+  };
   for (std::size_t k = 0; k < segmentation.instances.size(); ++k) {
-    const bool is_static = k < statistics.instances.size() && !statistics.instances[k].dynamic;
-    draw_mask(canvas, segmentation.instances[k],
-              is_static ? cv::Scalar::all(160) : cv::Scalar(0, 94, 213));
+    draw_mask(canvas, segmentation.instances[k], is_static(k) ? grey : cv::Scalar(0, 94, 213));
   }
-}
-
-void draw_boxes(cv::Mat& canvas, const Segmentation& segmentation) {
   for (std::size_t k = 0; k < segmentation.instances.size(); ++k) {
     const cv::Rect box = detail::clip(segmentation.instances[k].box, canvas.size());
     if (box.empty()) continue;
-    cv::rectangle(canvas, box, cv::Scalar(255, 255, 255), 1);
+    cv::rectangle(canvas, box, is_static(k) ? grey : white, 1);
     cv::putText(canvas, std::to_string(k), box.tl() + cv::Point(3, 13), cv::FONT_HERSHEY_SIMPLEX,
-                0.45, cv::Scalar(255, 255, 255), 1, cv::LINE_AA);
+                0.45, is_static(k) ? grey : white, 1, cv::LINE_AA);
   }
 }
 
@@ -167,8 +166,7 @@ cv::Mat draw_overlay(const cv::Mat& image, const Segmentation& segmentation, Fea
                          "the same size");
   }
   cv::Mat canvas = colour_copy(image);
-  draw_masks(canvas, segmentation, labels.statistics());
-  draw_boxes(canvas, segmentation);
+  draw_instances(canvas, segmentation, labels.statistics());
   draw_marks(canvas, features, labels);
   cv::vconcat(canvas, draw_legend(labels, canvas.cols), canvas);
   return canvas;

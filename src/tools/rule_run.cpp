@@ -143,13 +143,12 @@ const FrameStatistics& RuleRun::process(const SourceFrame& frame, ExtractedFeatu
 
 void RuleRun::add_pictures(const SourceFrame& frame, const Segmentation& masks,
                            FeaturesView features, const FrameRecord& record) {
-  const cv::Mat& image = frame.frame.image;
+  const PicturedFrame pictured = {frame.stem, frame.frame.image, masks, features,
+                                  dynamic_masks(frame, record_.settings.truth)};
   std::optional<std::size_t> dynamic_left;
   if (record.scores) dynamic_left = record.scores->dynamic_left;
-  worst_.offer(dynamic_left, frame.stem, image, masks, features, labels_);
-  if (pictures_.wants(record_.frames.size())) {
-    pictures_.add(frame.stem, image, masks, features, by_mask_, labels_);
-  }
+  worst_.offer(dynamic_left, pictured, labels_);
+  if (pictures_.wants(record_.frames.size())) pictures_.add(pictured, by_mask_, labels_);
 }
 
 RunRecord RuleRun::finish(const FrameSource& source, std::vector<InputFinding> findings) {

@@ -17,6 +17,15 @@
 
 namespace dynfilter::tools {
 
+/// What the pictures of a frame show, besides labels.
+struct PicturedFrame {
+  const std::string& stem;  ///< of its files
+  const cv::Mat& image;
+  const Segmentation& masks;
+  FeaturesView features;
+  const std::optional<Segmentation>& truth;  ///< what is dynamic; none: unknown
+};
+
 /// Makes a run's pictures for some frames, evenly spread: all features, what the masks remove if
 /// the rule takes masks, and what the rule removes besides (the paper's Figures 3 and 4), side by
 /// side in overlays/<stem>.png.
@@ -28,8 +37,7 @@ class RunPictures {
 
   bool wants(std::size_t frame) const;
 
-  void add(const std::string& stem, const cv::Mat& image, const Segmentation& segmentation,
-           FeaturesView features, const FeatureLabels& by_mask, const FeatureLabels& labels);
+  void add(const PicturedFrame& frame, const FeatureLabels& by_mask, const FeatureLabels& labels);
 
  private:
   std::filesystem::path folder_;
@@ -41,8 +49,8 @@ class RunPictures {
 /// known, fewest features are kept.
 class WorstFrame {
  public:
-  void offer(std::optional<std::size_t> dynamic_left, const std::string& stem, const cv::Mat& image,
-             const Segmentation& segmentation, FeaturesView features, const FeatureLabels& labels);
+  void offer(std::optional<std::size_t> dynamic_left, const PicturedFrame& frame,
+             const FeatureLabels& labels);
 
   /// Writes worst_frame.jpg.
   void write(const std::filesystem::path& folder) const;

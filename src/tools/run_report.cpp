@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "dynfilter/detail/number_text.hpp"
+#include "dynfilter/version.hpp"
 #include "io/file_writing.hpp"
 #include "io/frame_table.hpp"
 
@@ -188,6 +189,7 @@ void write_frames_csv(const RunRecord& run, const std::filesystem::path& file) {
 void write_summary_json(const RunRecord& run, const std::filesystem::path& file) {
   const FrameStatistics totals = run.totals();
   nlohmann::ordered_json summary;
+  summary["version"] = DYNFILTER_VERSION_STRING;
   summary["group"] = run.scene.group;
   summary["scene"] = run.scene.name;
   summary["rule"] = run.rule.name;

@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "dynfilter/version.hpp"
 #include "support/test.hpp"
 #include "tools/program.hpp"
 #include "tools/rule_set.hpp"
@@ -84,10 +85,12 @@ TEST_F(Ablate, ReportDrawsTheResults) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
   expect_mentions(outcome, "4 scenes in 2 groups");
   const std::string page = file_text(out("page.html"));
-  for (const char* part : {"<h2>medium, medians over 2 scenes", "<h3>The camera's path</h3><img",
-                           "<h3>Over time</h3><img", "<b>mask</b>: 1.",
-                           "<h3>The worst frames</h3><div class=\"row\"><figure><img alt=\"\" "
-                           "src=\"data:image/jpeg"}) {
+  for (const char* part :
+       {"<h2>medium, medians over 2 scenes", "<h3>The camera's path</h3><img",
+        "<h3>Over time</h3><img", "<b>mask</b>: 1.", "image/svg+xml",
+        "<p>dynfilter " DYNFILTER_VERSION_STRING ", features 200", "<td>mask</td><td>",
+        "<h3>The worst frames</h3><div class=\"row\"><figure><img alt=\"\" "
+        "src=\"data:image/jpeg"}) {
     EXPECT_NE(page.find(part), std::string::npos) << part;
   }
   EXPECT_EQ(page.find("src=\"h"), std::string::npos) << "one file holds all";
