@@ -204,17 +204,18 @@ void ablate(const AblateOptions& options) {
   std::printf("\nwritten to %s/<scene>/<rule>\n", plan.out.c_str());
 }
 
-/// Accepts the names that scene_level accepts.
-CLI::Validator some_level() {
-  const auto error_of = [](const std::string& name) {
+/// Accepts the names that a function accepts.
+template <class Function>
+CLI::Validator some_name(const char* what, const Function& accept) {
+  const auto error_of = [accept](const std::string& name) {
     try {
-      scene_level(name);
+      accept(name);
     } catch (const std::invalid_argument& error) {
       return std::string(error.what());
     }
     return std::string();
   };
-  return CLI::Validator(error_of, "LEVEL");
+  return CLI::Validator(error_of, what);
 }
 
 }  // namespace
@@ -236,19 +237,21 @@ void add_ablate_command(CLI::App& program) {
                       "camera file of one SEQUENCE [SEQUENCE/camera.yaml]");
   command
       ->add_option("--degrade", options->degradations,
-                   "make the sequences' masks worse, and use the original ones as the truth: for\n"
-                   "example eroded,cut,disc,poor,late; the rim is then 15 px wide")
+                   "make the sequences' masks worse, and use the original ones as the truth:\n"
+                   "eroded_N (px), cut, disc, poor, boxes, late_N (frames), missing_N (every\n"
+                   "N-th frame); the rim is then 15 px wide")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember(degradation_names()))
+      ->check(some_name("DEGRADATION", Degradation::parse))
       ->needs(sequences);
   add_depth_offset_option(*command, options->depth_offset_s)->needs(sequences);
-  CLI::Option* levels = command
-                            ->add_option("--levels", options->levels,
-                                         "levels of dynfilter synth, such as medium,hard")
-                            ->delimiter(',')
-                            ->allow_extra_args(false)
-                            ->check(some_level());
+  CLI::Option* levels =
+      command
+          ->add_option("--levels", options->levels,
+                       "levels of dynfilter synth, such as medium,hard")
+          ->delimiter(',')
+          ->allow_extra_args(false)
+          ->check(some_name("LEVEL", [](const std::string& name) { scene_level(name); }));
   command
       ->add_option("--seeds", options->seeds,
                    "seeds of the levels, such as 1-5 or 1,3,8-10; at most 10000")

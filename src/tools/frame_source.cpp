@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <regex>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -21,17 +22,17 @@
 namespace dynfilter::tools {
 namespace {
 
-constexpr int erosion_px = 8;
+constexpr int erosion_px = 8;  // where no number is given
 constexpr double cut_share = 0.2;
 constexpr double disc_share = 0.25;
-constexpr std::size_t late_frames = 3;
+constexpr int late_frames = 3;
 
 /// Distance beyond which features are surely static: a mask network's silhouette is off by some
 /// pixels, and colour and depth of a moving person are up to 10 px apart.
 constexpr double degraded_rim_px = 15;
 
-void erode(cv::Mat& mask) {
-  const cv::Size size(2 * erosion_px + 1, 2 * erosion_px + 1);
+void erode(cv::Mat& mask, int radius_px) {
+  const cv::Size size(2 * radius_px + 1, 2 * radius_px + 1);
   // Pixels beyond the crop do not belong to the object.
   cv::erode(mask, mask, cv::getStructuringElement(cv::MORPH_ELLIPSE, size), {-1, -1}, 1,
             cv::BORDER_CONSTANT, cv::Scalar::all(0));
@@ -62,15 +63,22 @@ void drop_disc(cv::Mat& mask, std::uint64_t key) {
   cv::circle(mask, centre, static_cast<int>(std::lround(radius)), cv::Scalar::all(0), cv::FILLED);
 }
 
-Segmentation degraded(Segmentation segmentation, const std::string& how) {
+Segmentation degraded(Segmentation segmentation, const Degradation& degradation) {
+  const std::string& how = degradation.name;
   std::uint64_t key = 1000003 * (segmentation.frame_id + 1);
   for (Instance& instance : segmentation.instances) {
     ++key;
     if (instance.mask.empty()) continue;
     instance.mask = instance.mask.clone();
-    if (how == "eroded" || how == "poor") erode(instance.mask);
+    if (how == "eroded" || how == "poor") {
+      erode(instance.mask, degradation.size.value_or(erosion_px));
+    }
     if (how == "cut" || how == "poor") cut(instance.mask);
     if (how == "disc" || how == "poor") drop_disc(instance.mask, key);
+    if (how == "boxes") {
+      instance.mask = cv::Mat(instance.box.size(), CV_8UC1, cv::Scalar::all(255));
+      instance.mask_origin = instance.box.tl();
+    }
   }
   return segmentation;
 }
@@ -89,7 +97,7 @@ class Recording final : public FrameSource {
   Recording(const SceneSpec& spec, Truth truth)
       : sequence_(spec.sequence, {0.02, spec.camera, spec.depth_offset_s}),
         camera_file_(spec.camera),
-        degraded_(spec.degraded) {
+        degraded_(Degradation::parse(spec.degraded)) {
     facts_.frames = sequence_.size();
     facts_.camera = sequence_.camera();
     facts_.has_depth = sequence_.has_depth();
@@ -98,16 +106,16 @@ class Recording final : public FrameSource {
     if (given && spec.reads_masks) {
       masks_.emplace(*given, mask_options(sequence_));
       masks_folder_ = *given;
-      facts_.masks_name = given->string() + (degraded_.empty() ? "" : ", " + degraded_);
+      facts_.masks_name = given->string() + (spec.degraded.empty() ? "" : ", " + spec.degraded);
     }
-    if (!degraded_.empty()) {
+    if (!degraded_.name.empty()) {
       if (!masks_) throw std::runtime_error("there are no masks to degrade");
       facts_.rim_px = degraded_rim_px;
     }
     if (const auto folder = sequence_.true_masks_folder()) {
       true_masks_.emplace(*folder, mask_options(sequence_));
     }
-    facts_.has_true_masks = true_masks_ || !degraded_.empty();
+    facts_.has_true_masks = true_masks_ || !degraded_.name.empty();
     if (truth == Truth::by_motion) open_moving_masks();
     const auto add_note = [&](const std::string& text) {
       facts_.note += (facts_.note.empty() || text.empty() ? "" : "\n") + text;
@@ -138,14 +146,14 @@ class Recording final : public FrameSource {
     }
     if (masks_) frame.masks = masks_->segment(frame.frame);
     if (true_masks_) frame.true_masks = true_masks_->segment(frame.frame);
-    if (!degraded_.empty()) degrade(frame, i);
+    if (!degraded_.name.empty()) degrade(frame, i);
     if (moving_masks_) frame.moving_masks = moving_masks_->segment(frame.frame);
     return frame;
   }
 
   void require_masks(std::size_t i) const override {
     if (masks_) require_mask(*masks_, masks_folder_, i);
-    if (degraded_ == "late") require_mask(*masks_, masks_folder_, earlier(i));
+    if (degraded_.name == "late") require_mask(*masks_, masks_folder_, earlier(i));
     if (true_masks_) require_mask(*true_masks_, *sequence_.true_masks_folder(), i);
     if (moving_masks_) require_mask(*moving_masks_, *sequence_.moving_masks_folder(), i);
   }
@@ -185,17 +193,22 @@ class Recording final : public FrameSource {
                              "there is no such mask; frame " + entry.stem + " needs it");
   }
 
-  static std::size_t earlier(std::size_t i) { return i - std::min(i, late_frames); }
+  std::size_t earlier(std::size_t i) const {
+    return i - std::min(i, static_cast<std::size_t>(degraded_.size.value_or(late_frames)));
+  }
 
   /// Makes the masks worse. The good masks of persons (class 0) serve as the truth. The same frame
   /// gets the same masks at every call.
   void degrade(SourceFrame& frame, std::size_t i) {
     frame.true_masks = persons_of(*frame.masks);
-    if (degraded_ == "late") {
+    if (degraded_.name == "late") {
       FrameView late = frame.frame;
       late.id = earlier(i);
       late.timestamp_s = sequence_.entry(earlier(i)).timestamp_s;
       frame.masks = masks_->segment(late);
+    } else if (degraded_.name == "missing") {
+      const auto nth = static_cast<std::size_t>(*degraded_.size);
+      if (i % nth == nth - 1) frame.masks->instances.clear();
     } else {
       frame.masks = degraded(std::move(*frame.masks), degraded_);
     }
@@ -203,7 +216,7 @@ class Recording final : public FrameSource {
 
   RgbdSequence sequence_;
   std::filesystem::path camera_file_, masks_folder_;  // empty if the sequence has none
-  std::string degraded_;                              // how; empty: not at all
+  Degradation degraded_;
   std::optional<MaskFolderSegmenter> masks_, true_masks_, moving_masks_;
   cv::Size image_size_;  // of all images; empty before the first
 };
@@ -266,7 +279,18 @@ void add_sequence_inputs(const RgbdSequence& sequence, Inputs& inputs) {
   }
 }
 
-std::vector<std::string> degradation_names() { return {"eroded", "cut", "disc", "poor", "late"}; }
+Degradation Degradation::parse(const std::string& text) {
+  static const std::regex form(
+      "(|cut|disc|poor|boxes|eroded|late)|(eroded|late|missing)_(\\d{1,4})");
+  std::smatch match;
+  const bool is_known = std::regex_match(text, match, form);
+  if (is_known && !match[2].matched) return {text, {}};
+  const int size = is_known ? std::stoi(match[3]) : 0;
+  if (!is_known || text == "missing_0") {
+    detail::throw_misuse("degrade", text, "cut, disc, poor, boxes, eroded_8, late_3 or missing_5");
+  }
+  return {match[2], size};
+}
 
 SceneName SceneSpec::name() const {
   if (level.empty()) {

@@ -108,13 +108,21 @@ inline MaskFolderOptions mask_options(const RgbdSequence& sequence) {
 /// Adds the files and folders that a sequence is read from, masks excepted.
 void add_sequence_inputs(const RgbdSequence& sequence, Inputs& inputs);
 
-/// Names the ways to degrade good masks of a recording, so that rules have something to correct:
-/// - eroded: by 8 px.
+/// Makes good masks of a recording worse, so that rules have something to correct. The names:
+/// - eroded_N: by N px; eroded: by 8.
 /// - cut: the lowest fifth of each mask is gone.
 /// - disc: a disc somewhere on each mask is gone, a quarter as large as the mask.
-/// - poor: all three, in this order.
-/// - late: masks and boxes come from three frames before, or from the first frame.
-std::vector<std::string> degradation_names();
+/// - poor: eroded, cut and disc, in this order.
+/// - boxes: each mask fills its box.
+/// - late_N: masks and boxes come from N frames before, or from the first frame; late: from 3.
+/// - missing_N: every N-th frame shows nobody.
+struct Degradation {
+  std::string name;         ///< empty: masks stay as they are
+  std::optional<int> size;  ///< N
+
+  /// Parses a name. Throws std::invalid_argument for an unknown one.
+  static Degradation parse(const std::string& text);
+};
 
 /// The names of a scene in results.
 struct SceneName {

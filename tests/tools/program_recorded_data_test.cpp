@@ -44,7 +44,13 @@ TEST_F(ProgramOnRecordedData, DegradedMasksRemoveFewerFeatures) {
   EXPECT_GT(cut, 49);
   EXPECT_GT(poor, 2 * cut);
   EXPECT_GT(dynamic_left("late"), 49);
-  expect_mentions(run("ablate " + sequence + " --degrade torn"), "eroded");
+  EXPECT_EQ(dynamic_left("eroded_0") + dynamic_left("late_0") + dynamic_left("boxes"), 0);
+  EXPECT_GT(dynamic_left("eroded_4"), 49);
+  EXPECT_GT(dynamic_left("eroded_12"), dynamic_left("eroded_4"));
+  EXPECT_GT(dynamic_left("missing_2"), 3 * dynamic_left("missing_10"));
+  for (const char* unknown : {"torn", "missing_0", "cut_3", "eroded_"}) {
+    expect_mentions(run("ablate " + sequence + " --degrade " + unknown), "eroded");
+  }
 }
 
 /// A table reaches to the person's depth. The paper's rule leaves 43 features on him a frame, and
