@@ -184,6 +184,9 @@ RgbdSequence::RgbdSequence(const fs::path& folder, const RgbdSequenceOptions& op
 
   ImageLists lists = detail::read_image_lists(folder);
   note_ = lists.note;
+  if (options.depth_offset_s && !lists.has_depth()) {
+    detail::throw_file_error(folder, "has no depth images for a depth offset to pair");
+  }
   camera_file_ =
       options.camera_file.empty() ? own_camera(folder, lists.has_depth()) : options.camera_file;
   const bool is_name = known_camera(camera_file_.string()).has_value();

@@ -198,6 +198,12 @@ TEST_F(RgbdSequenceOffset, RefusesWhatIsOutOfRangeOrOutOfReach) {
   folder_.write("camera.yaml", camera_yaml + "dynfilter.depth_offset_s: 11\n");
   expect_error<std::runtime_error>([&] { partners({}); },
                                    "dynfilter.depth_offset_s: got 11; want a number within ±10");
+  fs::remove(folder_ / "associations.txt");
+  fs::remove(folder_ / "depth.txt");
+  fs::remove_all(folder_ / "depth");
+  fs::remove(folder_ / "camera.yaml");
+  EXPECT_FALSE(RgbdSequence(folder_.path()).has_depth());
+  expect_error<std::runtime_error>([&] { partners(0.0); }, "has no depth images");
 }
 
 }  // namespace
