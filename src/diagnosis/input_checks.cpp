@@ -109,11 +109,11 @@ constexpr struct {
     {"features_few",
      "only {} of {} features are found in an image: it is blurred, dark, plain or small. Mend "
      "that, or lower the extractor's threshold"},
-    {"features_left",
-     "{} of the frames keep fewer than {} features, because people cover them: set {} to {}"},
     {"map_start",
      "the host has not begun a map, because none of the first {} frames kept the {} features that "
      "it needs (the best kept {}): set {} to {}"},
+    {"features_left",
+     "{} of the frames keep fewer than {} features, because people cover them: set {} to {}"},
 };
 
 constexpr double max_missing =
@@ -242,7 +242,7 @@ Finding depth_is_wrong(const Summary& s) {
   const double repeated = s.share_of_pairs(s.repeated_depths);
   if (s.missing() > max_missing) return say("depth_empty", percent(s.missing()));
   if (s.step() > 0.03) return say("depth_steps", percent(s.step()));
-  if (const Finding unit = unit_is_wrong(s)) return unit;
+  if (Finding unit = unit_is_wrong(s)) return unit;
   if (s.one_value() > 0 && s.one_value(0.4) == s.one_value())
     return say("depth_one_value", s.one_value());
   if (repeated > 0.3 && !images_are_wrong(s)) return say("depth_frozen", percent(repeated));
@@ -271,7 +271,7 @@ Finding masks_are_wrong(const Summary& s) {
   if (are_masks_odd(s))
     return hopeless_if(s.covered() > max_missing,
                        say("masks_everywhere", percent(s.covered()), percent(s.border())));
-  if (const Finding values = values_are_wrong(s)) return values;
+  if (Finding values = values_are_wrong(s)) return values;
   if (s.classes.empty() && s.is_none(s.frames - s.with_masks)) return say("masks_empty", s.frames);
   if (!s.classes.empty() && !s.has_dynamic) {
     return say("masks_classes", list(s.options.dynamic_classes),
@@ -366,10 +366,10 @@ Finding map_cannot_start(const Summary& s) {
 }
 
 constexpr Finding (*checks[])(const Summary&) = {
-    features_are_elsewhere, boxes_are_wrong,  camera_is_wrong,      times_are_wrong,
-    images_are_wrong,       depth_is_wrong,   masks_are_wrong,      masks_are_old,
-    people_are_apart,       masks_are_small,  depth_has_a_rim,      features_lack_depth,
-    motion_is_idle,         features_are_few, features_are_starved, map_cannot_start};
+    features_are_elsewhere, boxes_are_wrong,  camera_is_wrong,  times_are_wrong,
+    images_are_wrong,       depth_is_wrong,   masks_are_wrong,  masks_are_old,
+    people_are_apart,       masks_are_small,  depth_has_a_rim,  features_lack_depth,
+    motion_is_idle,         features_are_few, map_cannot_start, features_are_starved};
 
 }  // namespace
 

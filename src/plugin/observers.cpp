@@ -138,7 +138,11 @@ void Observers::check(const FrameView& frame, const FrameAnswer& answer) {
   const FeaturesView features = answer.has_measured_depth ? answer.features() : answer.points;
   checks_.add(frame, answer.masks.segmentation, features, &answer.labels.statistics());
   if (checks_.frames() % frames_to_findings != 0) return;
-  for (const InputFinding& finding : checks_.findings()) say_once(finding.check, finding.sentence);
+  for (const InputFinding& finding : checks_.findings()) {
+    // Either names a number of features, which may grow from one call to the next.
+    const bool is_for_features = finding.check == "map_start" || finding.check == "features_left";
+    say_once(is_for_features ? "features" : finding.check, finding.sentence);
+  }
 }
 
 /// Says what happened to the frame, if that is worth a message.

@@ -248,6 +248,24 @@ TEST_F(PluginTest, SaysThatMasksWithoutATableAreSoft) {
   EXPECT_NE(said.find("masks hold 40 shades of grey"), std::string::npos) << said;
 }
 
+TEST_F(PluginTest, NamesOneNumberOfFeatures) {
+  Plugin plugin(settings());
+  ::testing::internal::CaptureStderr();
+  for (int i = 0; i < 100; ++i) {
+    HostFrame frame(i % frames);
+    std::vector<cv::KeyPoint>& points = frame.keypoints;
+    const cv::Rect mask(frame.segmentation.instances[0].mask_origin, cv::Size(40, 40));
+    std::partition(points.begin(), points.end(),
+                   [&](const cv::KeyPoint& one) { return mask.contains(one.pt); });
+    for (std::size_t k = 0; k < 300; ++k) points[k] = points[k % 25];  // fewer than 100 are left
+    filter_rgbd(plugin, frame);
+  }
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  const std::size_t place = said.find("set ORBextractor.nFeatures");
+  EXPECT_NE(place, std::string::npos) << said;
+  EXPECT_EQ(said.rfind("set ORBextractor.nFeatures"), place) << said;
+}
+
 TEST_F(PluginTest, NamesTheFactorThatDepthInWholeNumbersLacks) {
   const std::string without = path("without.yaml").string();
   std::ofstream(without) << "%YAML:1.0\ndynfilter.mask_folder: \"" << masks().string() << "\"\n";

@@ -405,7 +405,7 @@ TEST(InputChecks, AdviseMoreFeaturesOnly) {
           frame.statistics->compensated = 0;
         },
         options);
-    EXPECT_EQ(names(checks), "features_left map_start ");
+    EXPECT_EQ(names(checks), "map_start features_left ");
     const std::string text = all_sentences(checks);
     const std::string before = "set nFeatures to ";
     // 501 are left of so many, if as large a share stays.
