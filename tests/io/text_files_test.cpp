@@ -83,12 +83,11 @@ TEST(TextTable, MessagesAreOneShortLine) {
   }
 }
 
+/// If each ending cost the rest of the name, the test would run into its time limit.
 TEST(FrameNames, LongNamesTakeNoTime) {
   std::string name = "1.5";
   for (int k = 0; k < 1000000; ++k) name += ".png";
-  const auto begin = std::chrono::steady_clock::now();
   EXPECT_EQ(frame_stem(name), "1.5");
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
 }
 
 // --- YAML ----------------------------------------------------------------------------------------

@@ -24,7 +24,7 @@ int exit_code_of_child(const Run& run) {
   std::fflush(nullptr);
   const pid_t child = fork();
   if (child == 0) {
-    alarm(60);  // it might wait for ever
+    alarm(600);  // it might wait for ever
     std::exit(run());
   }
   int status = 0;

@@ -48,8 +48,9 @@ inline Outcome run_in_shell(const std::string& command) {
 inline const bool is_serial = (cv::setNumThreads(1), true);
 
 /// Runs the program in a copy of this process, which has loaded the libraries: that takes the
-/// program longer than most of the tests' work. Stops it after so many seconds as a failure.
-inline Outcome run_at_most(unsigned int seconds, const std::string& arguments) {
+/// program longer than most of the tests' work. Stops it after a while as a failure.
+inline Outcome run(const std::string& arguments) {
+  constexpr unsigned int seconds = 600;  // a busy machine needs more than a minute
   const auto others = fs::directory_iterator("/proc/self/task");
   wordexp_t words;
   // A copy has none of the other threads, and they may hold locks.
@@ -80,8 +81,6 @@ inline Outcome run_at_most(unsigned int seconds, const std::string& arguments) {
   waitpid(child, &status, 0);
   return {status == 0 ? 0 : 1, printed};
 }
-
-inline Outcome run(const std::string& arguments) { return run_at_most(600, arguments); }
 
 /// Runs the program, which must do its work.
 inline Outcome succeed(const std::string& arguments) {
@@ -146,6 +145,12 @@ class Started {
   }
 
   void send(int signal) const { kill(child_, signal); }
+
+  bool has_ended() const {
+    siginfo_t info{};
+    return waitid(P_PID, static_cast<id_t>(child_), &info, WEXITED | WNOHANG | WNOWAIT) != 0 ||
+           info.si_pid != 0;
+  }
 
   /// Waits for the end; returns the status of waitpid.
   int wait() const {

@@ -219,9 +219,7 @@ TEST_F(ProgramSafety, SlowCallsLeaveOldOrNewResultsIfStopped) {
       succeed(call.old_call + quoted(folder));
       const FileTree earlier = results_in(folder);
       const Started program(call.new_call + quoted(folder), out("printed"));
-      for (int k = 0; k < 3000 && !is_at_work(folder); ++k) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-      }
+      while (!is_at_work(folder) && !program.has_ended()) std::this_thread::yield();
       program.send(signal);
       const int status = program.wait();
       if (WIFEXITED(status)) continue;  // it had ended before
