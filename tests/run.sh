@@ -18,6 +18,7 @@ ctest summary comes last. Stops at the first step that fails. Installs the packa
            sanitized  the unit tests under the address and undefined-behaviour sanitizers
            threads    the unit tests under the thread sanitizer
            clang      the unit tests, built by clang
+           lint       the sources by clang-tidy, as .clang-tidy says
            hardened   the unit tests, optimised and hardened, as C++20
            fuzz       some minutes of fuzzing
            packages   the Debian packages, in bare systems (only root can make them)
@@ -31,12 +32,12 @@ ctest summary comes last. Stops at the first step that fails. Installs the packa
 END
 }
 
-readonly all_steps=(sanitized threads clang hardened fuzz packages arm64 valgrind dev)
+readonly all_steps=(sanitized threads clang lint hardened fuzz packages arm64 valgrind dev)
 all=no wanted=' '
 for argument in "$@"; do
   case "$argument" in
     --all) all=yes ;;
-    sanitized | threads | clang | hardened | fuzz | packages | arm64 | valgrind | dev) wanted+="$argument " ;;
+    sanitized | threads | clang | lint | hardened | fuzz | packages | arm64 | valgrind | dev) wanted+="$argument " ;;
     -h | --help)
       usage
       exit
@@ -123,6 +124,18 @@ step_clang() {
   run_tests "${other_dirs}clang"
 }
 
+# Other versions have other checks. A unity build would hide what a file misses.
+step_lint() {
+  log "The sources by clang-tidy"
+  if [[ $(clang-tidy --version) != *'version 14.'* ]]; then
+    log "SKIPPED: .clang-tidy is written for clang-tidy 14"
+    skipped+=("lint (there is no clang-tidy 14)")
+    return
+  fi
+  configure "${other_dirs}lint" -DDYNFILTER_BUILD_TESTS=OFF -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
+  run-clang-tidy -quiet -j "$jobs" -p "${other_dirs}lint"
+}
+
 # With what hosts choose: -O3, a newer language, and all instructions of this processor.
 step_hardened() {
   log "Unit tests, optimised and hardened, as C++20"
@@ -199,6 +212,7 @@ if [[ $wanted == *' clang '* || $wanted == *' fuzz '* ]]; then
   packages+=(clang)
   if is_available libclang-rt-dev; then packages+=(libclang-rt-dev); fi # Debian 11 has it in `clang`
 fi
+if [[ $wanted == *' lint '* ]]; then packages+=(clang-tidy); fi
 if [[ $wanted == *' valgrind '* ]]; then packages+=(valgrind); fi
 if [[ $all == yes ]]; then
   packages+=(clang-format shellcheck doxygen libbenchmark-dev)

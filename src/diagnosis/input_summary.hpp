@@ -53,7 +53,7 @@ struct PlaceSummary {
 
 /// What the frames so far show, as far as they can. "People" are instances of dynamic classes.
 struct InputSummary {
-  explicit InputSummary(InputChecksOptions options_) : options(std::move(options_)) {}
+  explicit InputSummary(InputChecksOptions given) : options(std::move(given)) {}
 
   void add(const FrameView& frame, SegmentationView masks, FeaturesView features,
            const FrameStatistics* statistics, double depth_timestamp_s);

@@ -29,7 +29,7 @@ inline std::string depth_factor_key(const YamlFile& file) {
 inline Camera read_lens(const YamlFile& file) {
   const std::string prefix = camera_prefix(file);
   const std::string type = file.text("Camera.type").value_or("");
-  if (type != "" && type != "PinHole" && type != "Rectified") {
+  if (!type.empty() && type != "PinHole" && type != "Rectified") {
     file.refuse("Camera.type", type, "a pinhole camera, PinHole or Rectified");
   }
   const auto number = [&](const char* name) { return file.number(prefix + name).value_or(0); };

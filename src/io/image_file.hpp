@@ -31,7 +31,7 @@ namespace dynfilter::detail {
 /// Tells whether a PNG file lacks its last chunk. libpng prints a line when it decodes such a file.
 inline bool is_truncated_png(const std::vector<std::uint8_t>& bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  return text.substr(0, 8) == "\x89PNG\r\n\x1A\n" && text.find("IEND") == text.npos;
+  return text.substr(0, 8) == "\x89PNG\r\n\x1A\n" && text.find("IEND") == std::string_view::npos;
 }
 
 /// Returns the number of so many bytes, the highest first.

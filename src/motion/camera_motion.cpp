@@ -239,10 +239,9 @@ Baseline measure_long_baseline(const MotionContext& context) {
   const Baseline& over_short = context.found.over[short_baseline];
   if (!over_short.is_used || context.memory.known < past_frames) return {};
   if (!past[0].motion || !past[1].motion) return {};
-  const Baseline chained{true,
-                         context.memory.now.timestamp_s - context.then(long_baseline).timestamp_s,
-                         *past[1].motion * (*past[0].motion * over_short.pose),
-                         std::max(chained_scale_px, over_short.scale_px)};
+  Baseline chained{true, context.memory.now.timestamp_s - context.then(long_baseline).timestamp_s,
+                   *past[1].motion * (*past[0].motion * over_short.pose),
+                   std::max(chained_scale_px, over_short.scale_px)};
   // Errors of single motions add up: the pose is refined by features that the short baseline shows
   // at their places.
   choose_sample(context, Suspicion::none, Suspicion::compensated, sample_size);

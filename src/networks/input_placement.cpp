@@ -11,11 +11,11 @@
 
 namespace dynfilter::detail {
 
-InputPlacement::InputPlacement(const cv::Size& image_, const cv::Size& input_, const cv::Size& size,
-                               const cv::Point& corner)
-    : image(image_), input(input_) {
-  to_input = {{size.width / static_cast<double>(image.width),
-               size.height / static_cast<double>(image.height)},
+InputPlacement::InputPlacement(const cv::Size& image_size, const cv::Size& input_size,
+                               const cv::Size& placed, const cv::Point& corner)
+    : image(image_size), input(input_size) {
+  to_input = {{placed.width / static_cast<double>(image.width),
+               placed.height / static_cast<double>(image.height)},
               cv::Point2d(corner)};
   const auto& [factor, shift] = to_input;
   to_image = {{1 / factor.x, 1 / factor.y}, {-shift.x / factor.x, -shift.y / factor.y}};

@@ -25,8 +25,8 @@ struct InputPlacement {
   };
 
   InputPlacement() = default;
-  /// Places an image so that it has this size and corner in the input.
-  InputPlacement(const cv::Size& image, const cv::Size& input, const cv::Size& size,
+  /// Places an image so that it is `placed` in size, and has this corner, in the input.
+  InputPlacement(const cv::Size& image_size, const cv::Size& input_size, const cv::Size& placed,
                  const cv::Point& corner);
 
   cv::Size image;  ///< size of the frame

@@ -25,7 +25,7 @@ bool are_class_ids(const Table& cells) {
 
 /// Returns the probability of each plane in each cell.
 Table probabilities_of(const Planes& planes) {
-  const Table cells = planes.cells();
+  Table cells = planes.cells();
   if (!cv::checkRange(cells)) {
     throw std::runtime_error("its scores are not all finite numbers; its weights may be damaged");
   }

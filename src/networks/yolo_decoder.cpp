@@ -124,7 +124,7 @@ Table take(std::vector<Table>& tables, const std::function<bool(int columns)>& f
   const auto place = std::find_if(tables.begin(), tables.end(),
                                   [&](const Table& table) { return fits(table.cols); });
   if (place == tables.end()) throw std::runtime_error("boxes, classes or coefficients are missing");
-  const Table table = *place;
+  Table table = *place;
   tables.erase(place);
   return table;
 }

@@ -6,8 +6,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
-#include <cstring>
 #include <optional>
 #include <string>
 #include <vector>
@@ -144,8 +144,11 @@ struct FrameAnswer {
 
   /// Tells whether this is the answer to the frame with these features.
   bool is_of(const FrameView& frame, const HostColumns& columns) const {
-    const auto is_at = [](const cv::KeyPoint& keypoint, const cv::Point2f& point) {
-      return std::memcmp(&keypoint.pt, &point, sizeof point) == 0;  // also where it is NaN
+    const auto is_same = [](float a, float b) {
+      return a == b || (std::isnan(a) && std::isnan(b));
+    };
+    const auto is_at = [&](const cv::KeyPoint& keypoint, const cv::Point2f& point) {
+      return is_same(keypoint.pt.x, point.x) && is_same(keypoint.pt.y, point.y);
     };
     return timestamp_s == frame.timestamp_s && has_depths == (columns.depths_m != nullptr) &&
            labels.statistics().has_depth == !frame.depth.empty() &&

@@ -23,7 +23,7 @@ namespace {
 
 std::string join(const std::vector<std::string>& words, const std::string& prefix = {}) {
   std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + prefix + word;
+  for (const std::string& word : words) text.append(text.empty() ? "" : ", ").append(prefix + word);
   return text;
 }
 

@@ -34,8 +34,8 @@ std::string endpoint_of(const std::string& address) {
   if (address.rfind("tcp://127.0.0.1:", 0) == 0) return address;  // nothing is encrypted for others
   const std::string path = address.substr(address.rfind("ipc://", 0) == 0 ? 6 : 0);
   const auto absolute = path.empty() ? path : std::filesystem::absolute(path).string();
-  if (!path.empty() && path.find("://") == path.npos && path.find('\0') == path.npos &&
-      absolute.size() < sizeof(sockaddr_un::sun_path)) {
+  if (!path.empty() && path.find("://") == std::string::npos &&
+      path.find('\0') == std::string::npos && absolute.size() < sizeof(sockaddr_un::sun_path)) {
     return "ipc://" + absolute;
   }
   throw_misuse("RemoteSegmenter", "the address '" + address + "'",
@@ -174,7 +174,7 @@ class RemoteSegmenter::Channel {
     const cv::Size size = frame.image.size();
     try {
       const Parts reply = ask(frame, Clock::now() + seconds(options_.timeout_s));
-      if (reply.size() != 3 || reply[0].size() > 0) refuse(reply.size(), " parts; want 3");
+      if (reply.size() != 3 || !reply[0].empty()) refuse(reply.size(), " parts; want 3");
       return {frame.id, frame.timestamp_s, size,
               read_reply(reply[1].to_string_view(), reply[2].to_string_view(), requests_, size)};
     } catch (const Failure& failure) {
@@ -228,7 +228,7 @@ class RemoteSegmenter::Channel {
 
   /// In a child of fork(), leaves the connection to the parent, which alone has ZeroMQ's threads.
   void drop_connection() {
-    if (connection_ && !connection_->is_of_this_process()) connection_.release();
+    if (connection_ && !connection_->is_of_this_process()) static_cast<void>(connection_.release());
     connection_.reset();
     busy_with_.reset();
   }

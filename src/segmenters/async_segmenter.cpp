@@ -86,7 +86,7 @@ Outcome infer(Segmenter& segmenter, const FrameView& frame) {
 enum class Progress : std::uint8_t { waiting, running, segmented, failed, given_up };
 
 struct SubmittedFrame {
-  explicit SubmittedFrame(FrameView view_) : id(view_.id), view(std::move(view_)) {}
+  explicit SubmittedFrame(FrameView frame) : id(frame.id), view(std::move(frame)) {}
 
   std::uint64_t id;
   FrameView view;  // while it waits
@@ -309,7 +309,8 @@ AsyncSegmenter& AsyncSegmenter::operator=(AsyncSegmenter&& other) noexcept {
 }
 AsyncSegmenter::~AsyncSegmenter() {
   if (!worker_ || worker_->home.is_here()) return;
-  // A child has no such thread to wait for, so that it keeps the object.
+  // A child has no such thread to wait for, so it keeps the object; short of memory, it ends.
+  // NOLINTNEXTLINE(bugprone-unhandled-exception-at-new)
   static auto& kept = *new std::vector<std::unique_ptr<Worker>>;
   kept.push_back(std::move(worker_));
 }

@@ -191,6 +191,7 @@ void MaskFolderSegmenter::index_masks() {
     }
   }
   std::vector<double> times;
+  times.reserve(unknown.size());
   for (const std::string& stem : unknown) times.push_back(*detail::time_of_name(stem));
   std::sort(times.begin(), times.end());
   if (detail::are_too_far_apart(times)) {

@@ -100,7 +100,7 @@ inline cv::Mat read_mask(const std::filesystem::path& file, cv::Size frame) {
   const bool is_png = bytes.size() > PngHeader::end && bytes[0] == 0x89 && bytes[1] == 'P';
   const bool has_palette = is_png && bytes[PngHeader::colour_type] == PngHeader::palette;
   if (!has_palette || is_truncated_png(bytes)) {
-    const cv::Mat mask = one_channel(decode_image(file, bytes, cv::IMREAD_UNCHANGED, frame), file);
+    cv::Mat mask = one_channel(decode_image(file, bytes, cv::IMREAD_UNCHANGED, frame), file);
     if (mask.depth() == CV_8U || mask.depth() == CV_16U) return mask;
     throw_file_error(file, "a mask of type " + type_name(mask) + "; want 8 or 16 bits");
   }

@@ -151,7 +151,7 @@ struct MaskPropagator::State {
       return std::find_if(steps.begin(), steps.end(), is_own);
     };
     const auto not_before = find([&](const auto& s) { return s.timestamp_s >= time_s; });
-    const ResultPlace by_time{time_s, not_before};
+    ResultPlace by_time{time_s, not_before};
     if (not_before != steps.end() && by_time.is_known()) return by_time;
     const auto has_id = [&](const auto& step) { return step.frame_id == result.frame_id; };
     if (steps.size() > 1 && std::count_if(steps.begin(), steps.end(), has_id) == 1) {

@@ -94,6 +94,7 @@ std::vector<RunRecord> run_scene(const AblationPlan& plan, const SceneSpec& scen
     checks.add(frame, frame.masks, features.keypoints);
     checks.require_hope();
     std::vector<std::future<void>> works;
+    works.reserve(runs.size());
     for (const std::unique_ptr<RuleRun>& run : runs) {
       works.push_back(std::async(std::launch::async,
                                  [&, rule = run.get()] { rule->process(frame, features); }));
@@ -102,6 +103,7 @@ std::vector<RunRecord> run_scene(const AblationPlan& plan, const SceneSpec& scen
     progress.advance(plan.settings.every);
   }
   std::vector<RunRecord> results;
+  results.reserve(runs.size());
   for (const std::unique_ptr<RuleRun>& run : runs) {
     results.push_back(run->finish(source, checks.findings(source.mask_values())));
   }

@@ -62,7 +62,8 @@ struct Findings {
 
 void add_findings(const std::vector<InputFinding>& findings, Findings& found) {
   for (const auto& [check, sentence, is_hopeless] : findings) {
-    found.add(is_hopeless ? Condition::broken : Condition::odd, check + ": " + sentence);
+    found.add(is_hopeless ? Condition::broken : Condition::odd,
+              detail::concatenate(check, ": ", sentence));
   }
 }
 

@@ -43,7 +43,7 @@ struct Evaluation {
         {"median", errors.median}, {"standard_deviation", errors.standard_deviation},
         {"min", errors.min_error}, {"max", errors.max_error}};
     for (const auto& [which, value] : values) {
-      figures.emplace_back(name + "_" + which + "_" + unit, value);
+      figures.emplace_back(detail::concatenate(name, '_', which, '_', unit), value);
     }
   }
 

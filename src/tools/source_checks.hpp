@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "dynfilter/detail/errors.hpp"
 #include "dynfilter/diagnosis/input_checks.hpp"
 #include "frame_source.hpp"
 #include "rule_run.hpp"
@@ -38,8 +39,8 @@ class SourceChecks {
     if (checks_.frames() != trial_frames) return;
     for (const auto& [check, sentence, is_hopeless] : checks_.findings()) {
       if (!is_hopeless) continue;
-      throw std::runtime_error(check + ": " + sentence +
-                               " (stopped after 30 frames; nothing was written)");
+      throw std::runtime_error(detail::concatenate(
+          check, ": ", sentence, " (stopped after 30 frames; nothing was written)"));
     }
   }
 

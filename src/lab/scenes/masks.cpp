@@ -206,6 +206,7 @@ void merge_overlapping(std::vector<Instance>& found, cv::Size size) {
 
 std::vector<Instance> true_instances(const cv::Mat1i& surface, int persons) {
   std::vector<cv::Mat1b> masks;
+  masks.reserve(static_cast<std::size_t>(persons));
   for (int person = 0; person < persons; ++person) {
     masks.emplace_back(surface.size(), std::uint8_t{0});
   }

@@ -163,7 +163,7 @@ Canvas screen(std::uint64_t key) {
   return canvas;
 }
 
-Canvas plain(cv::Size size, Colour colour, float amplitude, std::uint64_t key) {
+Canvas plain(cv::Size size, const Colour& colour, float amplitude, std::uint64_t key) {
   Canvas canvas(size, colour);
   canvas.noise(32, amplitude, grey_tint, key);
   return canvas;
@@ -200,7 +200,7 @@ Canvas shirt(int person, std::uint64_t key) {
 Canvas trousers(int person, std::uint64_t key) {
   static const std::array<Colour, 4> dyes = {Colour(128, 84, 54), Colour(72, 96, 112),
                                              Colour(70, 70, 74), Colour(96, 118, 92)};
-  const Colour dye = dyes[static_cast<std::size_t>(person) % dyes.size()];
+  const Colour& dye = dyes[static_cast<std::size_t>(person) % dyes.size()];
   Canvas canvas({512, 512}, dye);
   for (int i = 0; i < 24; ++i) {
     const std::uint64_t place = make_key(key, i);

@@ -85,7 +85,7 @@ cv::Rect pixels_of(const cv::Rect2d& box, const cv::Size& image) {
   };
   const cv::Range columns = along(box.x, box.x + box.width, image.width);
   const cv::Range rows = along(box.y, box.y + box.height, image.height);
-  if (columns.size() <= 0 || rows.size() <= 0) return {};
+  if (columns.start >= columns.end || rows.start >= rows.end) return {};
   return {columns.start, rows.start, columns.size(), rows.size()};
 }
 
