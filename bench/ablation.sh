@@ -6,7 +6,7 @@ set -euo pipefail
 
 usage() {
   cat <<'END'
-usage: bench/ablation.sh [features|late|recordings|motion] [--levels LIST] [--seeds LIST] [--rules LIST]
+usage: bench/ablation.sh [features|recordings|motion|coverage|quality|age] [--levels LIST] [--seeds LIST] [--rules LIST]
                          [--frames N] [--every N] [--truth NAME] [--out DIR] [--readme] [-h]
                          [SEQUENCE...]
 
@@ -16,9 +16,12 @@ trajectory of the reference odometry. Prints the tables. Takes about half a minu
 
   (nothing)  the usual rules and depth_motion on four levels with five seeds that tuned nothing, 150 frames
   features   the usual rules on ten levels, every tenth frame, without odometry
-  late       ways to handle masks of a network that is slower than the camera
   recordings our rules on recorded people, of which the truth by motion is known (masks_moving/)
   motion     rules that judge motion beside those that know only classes, by what moves
+  coverage   how often each rule tracks: six numbers of features, seven scenes and the given sequences;
+             draws a curve into DIR/coverage.svg
+  quality    the ATE where good masks are made worse, three scenes or the given sequences
+  age        the ATE where good masks are up to a second old
   --readme   put the overview into bench/README.md
 
   DYNFILTER_BUILD_DIR  folder of the build, default build/release in the repository
@@ -29,7 +32,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 readonly root
 name=ablation
 case "${1-}" in
-  features | late | recordings | motion)
+  features | recordings | motion | coverage | quality | age)
     name=$1
     shift
     ;;
@@ -38,10 +41,10 @@ declare -A chosen
 chosen[--levels]=medium,hard,stale_3,near_crowd
 chosen[--seeds]=101-105
 chosen[--frames]=150
-chosen[--rules]=none,mask,dynaslam,crowd_slam,ngd_slam,paper,depth,depth_motion,perfect
+chosen[--rules]=none,mask,mask_robust,dynaslam,lk_epipolar,crowd_slam,ngd_slam,paper,depth,depth_motion,perfect
 chosen[--out]=$root/out/$name
 marks='trajectory tables'
-tables='^all: (RMSE|ATE over that of rule mask)'
+tables='^all: RMSE of the ATE'
 case "$name" in
   features)
     chosen[--levels]=cross,medium,hard,stale_3,stale_6,late_5hz,furniture,two_in_one
@@ -52,12 +55,6 @@ case "$name" in
     chosen[--rules]=none,mask,dynaslam,crowd_slam,ngd_slam,paper,depth
     marks='feature tables'
     tables='^all: dynamic left'
-    ;;
-  late)
-    chosen[--levels]=late_10hz,late_5hz
-    chosen[--rules]=mask,mask_moved,depth,depth_moved,perfect
-    marks='late masks tables'
-    tables='^all: ATE over that of rule mask'
     ;;
   recordings)
     unset 'chosen[--levels]' 'chosen[--seeds]' 'chosen[--frames]'
@@ -73,7 +70,22 @@ case "$name" in
     chosen[--truth]=motion
     chosen[--rules]=none,mask,depth,motion,masks_motion,depth_motion,perfect
     marks='motion tables'
-    tables='^all: (dynamic left|ATE over that of rule mask)'
+    tables='^all: ATE over that of rule mask'
+    ;;
+  coverage)
+    chosen[--levels]=medium,hard,near_crowd
+    chosen[--seeds]=101-103
+    chosen[--frames]=100
+    chosen[--rules]=none,mask,mask_robust,dynaslam,lk_epipolar,paper,depth,depth_motion,perfect
+    ;;
+  quality | age)
+    unset 'chosen[--levels]' 'chosen[--seeds]' 'chosen[--frames]'
+    chosen[--rules]=mask,mask_moved,paper,depth_motion,perfect
+    chosen[--degrade]=late_0,late_3,late_6,late_10,late_15,late_30
+    if [[ $name == quality ]]; then
+      chosen[--rules]=mask,paper,depth_motion,perfect
+      chosen[--degrade]=eroded_0,eroded_2,eroded_4,eroded_8,eroded_16,disc,boxes,missing_10,missing_3
+    fi
     ;;
 esac
 readme=no
@@ -99,17 +111,48 @@ while (($#)); do
   shift
 done
 chosen[--out]=$(realpath -m "${chosen[--out]}")
-for option in "${!chosen[@]}"; do words+=("$option" "${chosen[$option]}"); done
+sequences=${words[*]}
+for option in "${!chosen[@]}"; do
+  [[ $option == --out ]] || words+=("$option" "${chosen[$option]}")
+done
 
 # shellcheck source-path=SCRIPTDIR source=../cmake/setup.sh
 source "$root/cmake/setup.sh"
 build_program "$root"
+if [[ $name =~ ^(quality|age)$ && -z $sequences ]]; then # the exact masks of rendered scenes
+  for seed in 101 102 103; do
+    scene=${chosen[--out]}/scenes/medium_$seed
+    rm -rf "$scene"
+    "$dynfilter" synth "$scene" --level medium --seed "$seed" --frames 100
+    rm -r "$scene/masks"
+    mv "$scene/masks_true" "$scene/masks"
+    words+=("$scene")
+  done
+fi
 log "Comparing rules; results in ${chosen[--out]}"
 mkdir -p "${chosen[--out]}"
-"$dynfilter" ablate "${words[@]}" | tee "${chosen[--out]}/tables.txt"
+touch "${chosen[--out]}/begin"
+compare() { "$dynfilter" ablate "${words[@]}" "$@"; }
+if [[ $name == coverage ]]; then
+  for features in 1000 1040 1200 1500 1750 2000; do
+    compare --features "$features" --out "${chosen[--out]}/$features"
+  done
+else
+  compare --out "${chosen[--out]}"
+fi | tee "${chosen[--out]}/tables.txt"
 
-if [[ $readme == yes ]]; then
-  fill_marks "$root/bench/README.md" "$marks" \
-    "$(awk -v RS= -v wanted="$tables" '$0 ~ wanted { if (n++) print ""; print }' \
-      "${chosen[--out]}/tables.txt")"
-fi
+table=$(awk -v RS= -v wanted="$tables" '$0 ~ wanted { if (n++) print ""; print }' "${chosen[--out]}/tables.txt")
+coverage() { python3 "$root/bench/coverage.py" "$@" "${chosen[--out]}"; }
+case "$name" in
+  coverage)
+    table=$(coverage)
+    marks='coverage table'
+    if python3 -c 'import matplotlib' 2>/dev/null; then coverage --draw "${chosen[--out]}/coverage.svg"; fi
+    ;;
+  quality | age)
+    table=$(coverage --degraded)
+    marks="$name table"
+    ;;
+esac
+[[ ! $name =~ ^(coverage|quality|age)$ ]] || printf '%s\n' "$table"
+if [[ $readme == yes ]]; then fill_marks "$root/bench/README.md" "$marks" "$table"; fi

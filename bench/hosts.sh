@@ -12,7 +12,7 @@ Runs systems of others that Debian's packages hold, with masks that dynfilter wr
 eighth image, and OpenCV's odometries of RGB-D images on every frame. The scenes are levels of the
 rendered scene with seeds that tuned nothing; given SEQUENCES (TUM's layout, with masks/ and a camera.yaml)
 join OpenCV's rows. Prints an error in mm for the hosts without masks (off), with the masks as they are,
-with those of `dynfilter masks --refine`, and with exact ones: the median over seeds and runs, in brackets
+with those of `dynfilter masks --refine`, and with exact ones: the median over seeds and runs; in brackets
 the least and the greatest. COLMAP's is that of camera centres after a similarity, OpenCV's the ATE.
 Builds the program first. Takes a quarter of an hour on two idle cores.
 
