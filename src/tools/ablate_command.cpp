@@ -127,6 +127,7 @@ struct AblateOptions {
   std::vector<std::filesystem::path> sequences;
   std::vector<std::string> degradations;  // of the sequences' masks; none: unchanged
   std::filesystem::path masks, camera;    // of the only sequence; empty: its own
+  bool keeps_missing = false;             // whether frames may lack masks
   std::optional<double> depth_offset_s;
   std::vector<std::string> levels;
   std::string seeds = "1-5";
@@ -165,6 +166,7 @@ AblationPlan plan_of(const AblateOptions& options) {
     SceneSpec scene;
     scene.sequence = sequence;
     scene.masks = options.masks;
+    scene.keeps_missing = options.keeps_missing;
     scene.camera = options.camera;
     scene.depth_offset_s = options.depth_offset_s;
     if (options.degradations.empty()) plan.scenes.push_back(scene);
@@ -232,6 +234,7 @@ void add_ablate_command(CLI::App& program) {
       "OUT/<scene>/<rule>.");
   CLI::Option* sequences =
       command->add_option("SEQUENCES", options->sequences, "folders of sequences");
+  add_missing_masks_option(*command, options->keeps_missing)->needs(sequences);
   command->add_option("--masks", options->masks,
                       "folder of the masks of one SEQUENCE [SEQUENCE/masks]; dynfilter masks makes "
                       "them\nwith --model or --remote");

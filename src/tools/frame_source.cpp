@@ -17,6 +17,7 @@
 #include "film.hpp"
 #include "io/file_error.hpp"
 #include "lab/scenes/scene_levels.hpp"
+#include "recorded_masks.hpp"
 #include "trajectory_note.hpp"
 
 namespace dynfilter::tools {
@@ -97,14 +98,15 @@ class Recording final : public FrameSource {
   Recording(const SceneSpec& spec, Truth truth)
       : sequence_(spec.sequence, {0.02, spec.camera, spec.depth_offset_s}),
         camera_file_(spec.camera),
-        degraded_(Degradation::parse(spec.degraded)) {
+        degraded_(Degradation::parse(spec.degraded)),
+        keeps_missing_(spec.keeps_missing) {
     facts_.frames = sequence_.size();
     facts_.camera = sequence_.camera();
     facts_.has_depth = sequence_.has_depth();
     facts_.depth_offset_s = sequence_.depth_offset_s();
     const auto given = spec.masks.empty() ? sequence_.masks_folder() : spec.masks;
     if (given && spec.reads_masks) {
-      masks_.emplace(*given, mask_options(sequence_));
+      masks_.emplace(open_masks(*given, sequence_, keeps_missing_));
       masks_folder_ = *given;
       facts_.masks_name = given->string() + (spec.degraded.empty() ? "" : ", " + spec.degraded);
     }
@@ -121,6 +123,12 @@ class Recording final : public FrameSource {
       facts_.note += (facts_.note.empty() || text.empty() ? "" : "\n") + text;
     };
     add_note(sequence_.note());
+    if (masks_) add_note(masks_->note);
+    if (const std::size_t missing = keeps_missing_ ? missing_masks() : 0; missing > 0) {
+      add_note(detail::concatenate(missing, " of ", sequence_.size(),
+                                   " frames have no mask, and masks remove nothing in them "
+                                   "(--missing-masks keep)"));
+    }
     if (!facts_.has_depth) add_note("no depth images, so masks act alone");
     if (sequence_.unpaired() > 0) {
       add_note(detail::concatenate(sequence_.unpaired(), " of ",
@@ -144,18 +152,31 @@ class Recording final : public FrameSource {
                                                      " pixels, but earlier images have " +
                                                      detail::size_name(image_size_));
     }
-    if (masks_) frame.masks = masks_->segment(frame.frame);
+    frame.masks = masks_of(frame.frame);
     if (true_masks_) frame.true_masks = true_masks_->segment(frame.frame);
-    if (!degraded_.name.empty()) degrade(frame, i);
+    if (frame.masks && !degraded_.name.empty()) degrade(frame, i);
     if (moving_masks_) frame.moving_masks = moving_masks_->segment(frame.frame);
     return frame;
   }
 
   void require_masks(std::size_t i) const override {
-    if (masks_) require_mask(*masks_, masks_folder_, i);
-    if (degraded_.name == "late") require_mask(*masks_, masks_folder_, earlier(i));
-    if (true_masks_) require_mask(*true_masks_, *sequence_.true_masks_folder(), i);
-    if (moving_masks_) require_mask(*moving_masks_, *sequence_.moving_masks_folder(), i);
+    const RgbdSequenceEntry& entry = sequence_.entry(i);
+    const auto require = [&](bool has_mask, const std::optional<std::filesystem::path>& folder,
+                             const std::string& mend = {}) {
+      if (has_mask) return;
+      detail::throw_file_error(*folder / (detail::time_text(entry.timestamp_s) + ".png"),
+                               "there is no such mask; frame " + entry.stem + " needs it" + mend);
+    };
+    const double time_s = entry.timestamp_s;
+    const double used_s = sequence_.entry(degraded_.name == "late" ? earlier(i) : i).timestamp_s;
+    if (masks_ && !keeps_missing_ && !(masks_->has_mask(time_s) && masks_->has_mask(used_s))) {
+      require(false, masks_folder_,
+              detail::concatenate("; ", missing_masks(), " of ", sequence_.size(),
+                                  " frames have none: make them, or let masks remove nothing there "
+                                  "by --missing-masks keep"));
+    }
+    if (true_masks_) require(true_masks_->has_mask(time_s), sequence_.true_masks_folder());
+    if (moving_masks_) require(moving_masks_->has_mask(time_s), sequence_.moving_masks_folder());
   }
 
   std::vector<int> mask_values() const override {
@@ -165,6 +186,7 @@ class Recording final : public FrameSource {
   void add_inputs(Inputs& inputs) const override {
     add_sequence_inputs(sequence_, inputs);
     inputs.add(camera_file_);
+    inputs.add(masks_folder_);  // which may be a file
     inputs.add_folder(masks_folder_);
     for (const auto& masks : {sequence_.masks_folder(), sequence_.true_masks_folder(),
                               sequence_.moving_masks_folder()}) {
@@ -185,12 +207,17 @@ class Recording final : public FrameSource {
     moving_masks_.emplace(*folder, options);
   }
 
-  void require_mask(const MaskFolderSegmenter& masks, const std::filesystem::path& folder,
-                    std::size_t i) const {
-    const RgbdSequenceEntry& entry = sequence_.entry(i);
-    if (masks.has_mask(entry.timestamp_s)) return;
-    detail::throw_file_error(folder / (detail::time_text(entry.timestamp_s) + ".png"),
-                             "there is no such mask; frame " + entry.stem + " needs it");
+  std::optional<Segmentation> masks_of(const FrameView& frame) {
+    if (!masks_ || (keeps_missing_ && !masks_->has_mask(frame.timestamp_s))) return {};
+    return masks_->segmenter->segment(frame);
+  }
+
+  std::size_t missing_masks() const {
+    std::size_t missing = 0;
+    for (std::size_t i = 0; masks_ && i < sequence_.size(); ++i) {
+      missing += masks_->has_mask(sequence_.entry(i).timestamp_s) ? 0 : 1;
+    }
+    return missing;
   }
 
   std::size_t earlier(std::size_t i) const {
@@ -205,7 +232,7 @@ class Recording final : public FrameSource {
       FrameView late = frame.frame;
       late.id = earlier(i);
       late.timestamp_s = sequence_.entry(earlier(i)).timestamp_s;
-      frame.masks = masks_->segment(late);
+      frame.masks = masks_of(late);
     } else if (degraded_.name == "missing") {
       const auto nth = static_cast<std::size_t>(*degraded_.size);
       if (i % nth == nth - 1) frame.masks->instances.clear();
@@ -217,7 +244,9 @@ class Recording final : public FrameSource {
   RgbdSequence sequence_;
   std::filesystem::path camera_file_, masks_folder_;  // empty if the sequence has none
   Degradation degraded_;
-  std::optional<MaskFolderSegmenter> masks_, true_masks_, moving_masks_;
+  bool keeps_missing_ = false;
+  std::optional<RecordedMasks> masks_;
+  std::optional<MaskFolderSegmenter> true_masks_, moving_masks_;
   cv::Size image_size_;  // of all images; empty before the first
 };
 

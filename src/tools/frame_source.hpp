@@ -137,6 +137,7 @@ struct SceneSpec {
   std::filesystem::path camera;          ///< empty: the sequence's own
   std::optional<double> depth_offset_s;  ///< empty: the camera file's
   bool reads_masks = true;               ///< false: masks come from elsewhere
+  bool keeps_missing = false;            ///< whether frames may lack masks, which remove nothing
   std::string degraded;                  ///< how the masks are degraded; empty: not at all
   std::string level;                     ///< empty: use the sequence
   std::uint64_t level_seed = 1;

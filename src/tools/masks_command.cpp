@@ -20,7 +20,6 @@
 #include "dynfilter/host_masks.hpp"
 #include "dynfilter/mask_culler.hpp"
 #include "dynfilter/mask_refiner.hpp"
-#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 #include "film.hpp"
 #include "frame_source.hpp"
@@ -31,6 +30,7 @@
 #include "io/staged_folder.hpp"
 #include "mask_names.hpp"
 #include "progress_bar.hpp"
+#include "recorded_masks.hpp"
 #include "rule_run.hpp"
 #include "shared_options.hpp"
 #include "source_checks.hpp"
@@ -47,9 +47,9 @@ struct MasksOptions {
   fs::path sequence, camera, masks, out;
   std::optional<double> depth_offset_s;
   std::string format = labels_format;
-  bool refines = false;                 // let the rule depth correct the masks first
-  bool keeps_still = false;             // leave out objects that stand still
-  std::string missing_masks = "error";  // or keep: images without a mask show nobody
+  bool refines = false;        // let the rule depth correct the masks first
+  bool keeps_still = false;    // leave out objects that stand still
+  bool keeps_missing = false;  // images without a mask show nobody
 
   bool writes_depth() const { return format == "depth"; }
   bool uses_depth() const { return refines || keeps_still; }
@@ -82,22 +82,57 @@ std::optional<fs::path> masks_folder_of(const MasksOptions& options, const RgbdS
   return options.masks.empty() ? sequence.masks_folder() : options.masks;
 }
 
+/// Masks of the frames, but for those that are missing.
+struct MaskSource : RecordedMasks {
+  std::set<std::size_t> missing;
+};
+
+/// Returns the segmenter, or else the sequence's masks or those of --masks. Throws
+/// std::runtime_error without any, and for frames without a mask unless they may be missing.
+MaskSource make_source(const MasksOptions& options, const RgbdSequence* sequence) {
+  MaskSource source;
+  if (!options.segmenter.is_unset()) {
+    source.segmenter = options.segmenter.make();
+    source.values = [] { return std::vector<int>(); };
+    return source;
+  }
+  const auto path = masks_folder_of(options, *sequence);
+  if (!path) {
+    detail::throw_file_error(sequence->folder() / "masks",
+                             "there is no such folder; name masks (--masks) or a segmenter");
+  }
+  static_cast<RecordedMasks&>(source) = open_masks(*path, *sequence, options.keeps_missing);
+  if (!source.note.empty()) std::fprintf(stderr, "%s\n", source.note.c_str());
+  for (std::size_t i = 0; i < sequence->size(); ++i) {
+    if (!source.has_mask(sequence->entry(i).timestamp_s)) source.missing.insert(i);
+  }
+  if (source.missing.empty() || options.keeps_missing) return source;
+  detail::throw_file_error(
+      *path / (sequence->entry(*source.missing.begin()).stem + ".png"),
+      detail::concatenate("there is no such mask; ", source.missing.size(), " of ",
+                          sequence->size(),
+                          " images have none: make them, or let these images show nobody by "
+                          "--missing-masks keep"));
+}
+
 /// Writes label maps with an instances.csv.
-void write_label_maps(MasksOptions options, FrameSource& source, const Inputs& inputs) {
+void write_label_maps(MasksOptions options, FrameSource& frames, const RgbdSequence* sequence,
+                      const Inputs& inputs) {
   inputs.require_harmless(options.out, "masks", options.overwrite);
-  const std::unique_ptr<Segmenter> segmenter = options.segmenter.make();
-  options.mask_culler.dynamic_classes = class_ids({}, segmenter.get());
+  const MaskSource source = make_source(options, sequence);
+  options.mask_culler.dynamic_classes = class_ids({}, source.segmenter.get());
   MaskFolderWriterOptions writer_options;
   writer_options.overwrite = options.overwrite;
   writer_options.any_names = true;
   MaskFolderWriter writer(options.out, writer_options);
-  MaskChecks checks(source.facts().camera, options.mask_culler, false, false);
-  std::size_t instances = 0, frames = 0;
+  MaskChecks checks(frames.facts().camera, options.mask_culler, false, false);
+  std::size_t instances = 0, images = 0;
   {
-    ProgressBar progress("segmenting", source.size());
-    for (; source.has(frames); ++frames) {
-      SourceFrame frame = source.read(frames);
-      frame.masks = masks_of(*segmenter, frame.frame, frames, source.size());
+    ProgressBar progress("segmenting", frames.size());
+    for (; frames.has(images); ++images) {
+      if (source.missing.count(images) > 0) continue;
+      SourceFrame frame = frames.read(images);
+      frame.masks = masks_of(*source.segmenter, frame.frame, images, frames.size());
       writer.add(*frame.masks, frame.stem, frame.frame.timestamp_s);
       instances += frame.masks->instances.size();
       checks.add(std::move(frame));
@@ -105,42 +140,9 @@ void write_label_maps(MasksOptions options, FrameSource& source, const Inputs& i
     }
   }
   writer.finish();
-  checks.print({});
-  std::printf("%zu instances in %zu frames, written to %s\n", instances, frames,
-              options.out.c_str());
-}
-
-/// Where the masks of frames come from.
-struct MaskSource {
-  std::unique_ptr<Segmenter> segmenter;
-  std::vector<int> values;        // of masks without a table
-  std::set<std::size_t> missing;  // frames without a mask
-};
-
-/// Returns the sequence's masks or those of --masks. Throws std::runtime_error without any, and for
-/// frames without a mask unless they may be missing.
-MaskSource masks_in_files(const MasksOptions& options, const RgbdSequence& sequence) {
-  const auto folder = masks_folder_of(options, sequence);
-  if (!folder) {
-    detail::throw_file_error(sequence.folder() / "masks",
-                             "there is no such folder; name masks (--masks) or a segmenter");
-  }
-  MaskFolderOptions folder_options = mask_options(sequence);
-  folder_options.allow_missing = options.missing_masks == "keep";
-  auto masks = std::make_unique<MaskFolderSegmenter>(*folder, folder_options);
-  std::set<std::size_t> missing;
-  for (std::size_t i = 0; i < sequence.size(); ++i) {
-    if (!masks->has_mask(sequence.entry(i).timestamp_s)) missing.insert(i);
-  }
-  if (!missing.empty() && !folder_options.allow_missing) {
-    detail::throw_file_error(
-        *folder / (sequence.entry(*missing.begin()).stem + ".png"),
-        detail::concatenate("there is no such mask; ", missing.size(), " of ", sequence.size(),
-                            " images have none: make them, or let these images show nobody by "
-                            "--missing-masks keep"));
-  }
-  std::vector<int> values = masks->values();
-  return {std::move(masks), std::move(values), std::move(missing)};
+  checks.print(source.values());
+  std::printf("%zu instances in %zu frames, written to %s\n", instances,
+              images - source.missing.size(), options.out.c_str());
 }
 
 /// Returns what the format wants of a frame.
@@ -211,9 +213,7 @@ void write_mask_images(MasksOptions options, FrameSource& frames, const RgbdSequ
     inputs.add_folder(image_folder);  // where masks would be taken for images
   }
   inputs.require_harmless(options.out, "masks", options.overwrite);
-  const MaskSource source = options.segmenter.is_unset()
-                                ? masks_in_files(options, *sequence)
-                                : MaskSource{options.segmenter.make(), {}, {}};
+  const MaskSource source = make_source(options, sequence);
   options.mask_culler.dynamic_classes = class_ids(options.classes, source.segmenter.get());
   const MaskCuller culler(options.mask_culler);
   const SequenceCamera& camera = frames.facts().camera;
@@ -246,7 +246,7 @@ void write_mask_images(MasksOptions options, FrameSource& frames, const RgbdSequ
   }
   checks.require_outlines();
   staged.commit();
-  checks.print(source.values);
+  checks.print(source.values());
   if (still) count.judged = still->judged();
   print_written(options, count, image_folder);
 }
@@ -283,12 +283,15 @@ void make_masks(const MasksOptions& options) {
     if (!sequence->note().empty()) std::fprintf(stderr, "%s\n", sequence->note().c_str());
     frames = std::make_unique<SequenceFrames>(*sequence);
     add_sequence_inputs(*sequence, inputs);
-    if (const auto folder = masks_folder_of(options, *sequence)) inputs.add_folder(*folder);
+    if (const auto masks = masks_folder_of(options, *sequence)) {
+      inputs.add(*masks);  // which may be a file
+      inputs.add_folder(*masks);
+    }
   }
   inputs.add(options.camera);
   inputs.add(options.segmenter.model);
   if (options.format == labels_format) {
-    write_label_maps(options, *frames, inputs);
+    write_label_maps(options, *frames, sequence ? &*sequence : nullptr, inputs);
   } else {
     write_mask_images(options, *frames, sequence ? &*sequence : nullptr, inputs);
   }
@@ -317,14 +320,10 @@ void add_masks_command(CLI::App& program) {
       ->check(CLI::IsMember({labels_format, "colmap", "static", "dynamic", "depth"}))
       ->capture_default_str();
   std::vector<const CLI::Option*> of_images;  // options that suit mask images only
-  of_images.push_back(command->add_option(
-      "--masks", options->masks, "folder of the masks to write as images [SEQUENCE/masks]"));
-  of_images.push_back(
-      command
-          ->add_option("--missing-masks", options->missing_masks,
-                       "of images without a mask: error; or keep, so that they show nobody")
-          ->check(CLI::IsMember({"error", "keep"}))
-          ->capture_default_str());
+  command->add_option("--masks", options->masks,
+                      "masks to write: a folder, or those of other tools: COCO's .json, YOLO's "
+                      ".txt, CVAT's\nor MOTS' [SEQUENCE/masks]");
+  add_missing_masks_option(*command, options->keeps_missing);
   of_images.push_back(command->add_flag(
       "--refine", options->refines,
       "correct the masks by depth first, pixel by pixel, as the rule depth judges features"));
@@ -345,7 +344,9 @@ void add_masks_command(CLI::App& program) {
   add_segmenter_options(*command, options->segmenter);
   command->footer(
       "formats:\n"
-      "  labels   label maps named by time, with an instances.csv; needs a segmenter\n"
+      "  labels   label maps named by time, with an instances.csv, of a segmenter's or other "
+      "tools'\n"
+      "           masks: what MaskFolderSegmenter and the plugin read\n"
       "  colmap   for an image a/b.png the mask a/b.png.png: 0 = take no features here, else 255\n"
       "  static   for an image a/b.png the mask a/b.png: 255 = static, 0 = dynamic\n"
       "  dynamic  the same names: 255 = dynamic, 0 = static\n"
@@ -360,8 +361,8 @@ void add_masks_command(CLI::App& program) {
       "  dynfilter masks scene --format colmap --refine --margin 4 --out colmap_masks");
   command->callback([options, of_images] {
     const bool is_labels = options->format == labels_format;
-    if (is_labels && options->segmenter.is_unset()) {
-      throw CLI::RequiredError("a segmenter, --remote ADDRESS or --model FILE,");
+    if (is_labels && options->segmenter.is_unset() && options->masks.empty()) {
+      throw CLI::RequiredError("a segmenter, --remote ADDRESS or --model FILE, or --masks");
     }
     for (const CLI::Option* option : of_images) {
       if (!is_labels || option->empty()) continue;

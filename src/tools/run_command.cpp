@@ -117,8 +117,13 @@ void add_run_command(CLI::App& program) {
       ->add_option("--out", options->out,
                    "folder for the results; replaces those of an earlier run and nothing else")
       ->capture_default_str();
-  command->add_option("--masks", options->scene.masks, "folder of the masks [SEQUENCE/masks]")
+  command
+      ->add_option(
+          "--masks", options->scene.masks,
+          "folder of the masks, or those of other tools: COCO's .json, YOLO's .txt, CVAT's "
+          "or MOTS'\n[SEQUENCE/masks]")
       ->excludes(level);
+  add_missing_masks_option(*command, options->scene.keeps_missing)->excludes(level);
   command
       ->add_option("--camera", options->scene.camera,
                    "camera file, or tum1, tum2, tum3 or bonn [SEQUENCE/camera.yaml]")

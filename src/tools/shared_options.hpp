@@ -58,6 +58,15 @@ inline CLI::Option* add_classes_option(CLI::App& command, std::vector<std::strin
 /// segmenter knows; without one, person is 0.
 std::vector<int> class_ids(std::vector<std::string> classes, const Segmenter* segmenter);
 
+inline CLI::Option* add_missing_masks_option(CLI::App& command, bool& keeps) {
+  return command
+      .add_option_function<std::string>(
+          "--missing-masks", [&keeps](const std::string& text) { keeps = text == "keep"; },
+          "of images without a mask: error; or keep, so that masks remove nothing there")
+      ->check(CLI::IsMember({"error", "keep"}))
+      ->default_str("error");
+}
+
 inline void add_setting_options(CLI::App& command, RunSettings& settings) {
   command.add_option("--features", settings.features, "ORB features a frame")
       ->check(CLI::Range(1, 100000))

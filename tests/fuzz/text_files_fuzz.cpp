@@ -51,7 +51,8 @@ std::string check_trajectory(const std::string& text) {
 }
 
 std::string check_camera(const std::string& text) {
-  const SequenceCamera read = read_camera(folder().write("camera.yaml", text));
+  const SequenceCamera read =
+      read_camera(folder().write(text[0] == '{' ? "camera.json" : "camera.yaml", text));
   if (!(read.fx > 0 && read.fy > 0 && std::isfinite(read.fx) && std::isfinite(read.fy))) {
     return "a focal length that is none";
   }

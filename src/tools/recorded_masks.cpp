@@ -1,0 +1,336 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "recorded_masks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/number_text.hpp"
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "frame_source.hpp"
+#include "io/file_error.hpp"
+#include "io/frame_names.hpp"
+#include "io/image_file.hpp"
+#include "io/text_table.hpp"
+#include "outlines.hpp"
+#include "segmenters/mask_image.hpp"
+
+namespace dynfilter::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using Times = std::map<std::string, double>;
+using Colours = std::map<std::string, cv::Scalar>;  // BGR, by label
+
+constexpr int box_margin_px = 20;  // as of masks without a table
+
+/// Returns COCO's id of a class that moves; none for another class.
+std::optional<int> known_class(const std::string& name) {
+  static const std::map<std::string, int> ids = {
+      {"person", 0}, {"people", 0},     {"pedestrian", 0}, {"human", 0}, {"bicycle", 1}, {"car", 2},
+      {"bus", 5},    {"motorcycle", 3}, {"truck", 7},      {"cat", 15},  {"dog", 16}};
+  const auto found = ids.find(detail::lower_case(name));
+  if (found == ids.end()) return {};
+  return found->second;
+}
+
+/// Returns the ids of labels: numbers as they are, names as COCO's; others follow COCO's 80, but
+/// for one alone, which is what the user wants to be rid of.
+std::map<std::string, int> classes_of(const std::set<std::string>& labels) {
+  std::map<std::string, int> classes;
+  int next = 80;
+  for (const std::string& label : labels) {
+    const std::optional<double> number = detail::parse_number(label);
+    const std::optional<int> known =
+        number && std::abs(*number) < 1e9 ? static_cast<int>(*number) : known_class(label);
+    classes[label] = known ? *known : labels.size() == 1 ? 0 : next++;
+  }
+  return classes;
+}
+
+/// Returns COCO's id of a class of MOTS (1, 2) or Cityscapes (24 to 33); -1: no instances.
+int class_of_thousand(std::size_t thousand) {
+  const std::map<std::size_t, int> classes = {{1, 2},  {2, 0},  {24, 0}, {25, 0}, {26, 2},
+                                              {27, 7}, {28, 5}, {31, 6}, {32, 3}, {33, 1}};
+  const auto found = classes.find(thousand);
+  return found == classes.end() ? -1 : found->second;
+}
+
+/// Tells whether values are ids of instances, 1000 for each class: beside them, 10000 means
+/// "ignore", and values below 34 are Cityscapes' classes without instances.
+bool are_thousands(const std::vector<int>& values) {
+  const auto is_id = [](int v) { return v >= 1000 && v < 34000; };
+  return std::any_of(values.begin(), values.end(), is_id) &&
+         std::all_of(values.begin(), values.end(), [&](int v) { return is_id(v) || v < 34; });
+}
+
+/// Masks of other tools, of the frames that they know.
+class OtherMasks final : public Segmenter {
+ public:
+  enum class Form { one_instance, thousands, colours };
+
+  explicit OtherMasks(fs::path path) : path_(std::move(path)) {}
+
+  void add(double time_s, std::vector<Outline> outlines) {
+    for (const Outline& outline : outlines) labels_.insert(outline.label);
+    auto& all = frames_[detail::microseconds(time_s)].outlines;
+    std::move(outlines.begin(), outlines.end(), std::back_inserter(all));
+  }
+  void add(double time_s, const fs::path& file, Form form) {
+    frames_[detail::microseconds(time_s)].files.push_back(file);
+    form_ = form;
+  }
+  void set_colours(Colours colours) {
+    for (const auto& [label, colour] : colours) labels_.insert(label);
+    colours_ = std::move(colours);
+  }
+
+  bool is_empty() const { return frames_.empty(); }
+  bool has_mask(double time_s) const { return frames_.count(detail::microseconds(time_s)) > 0; }
+
+  /// Gives labels their ids; says which are not COCO's.
+  std::string number_classes() {
+    classes_ = classes_of(labels_);
+    std::string note;
+    for (const auto& [label, id] : classes_) {
+      const bool is_new = id >= 80 && !detail::parse_number(label);
+      if (is_new) note += detail::concatenate(note.empty() ? "" : ", ", label, " is ", id);
+    }
+    return note.empty() ? "" : "classes of " + path_.string() + ", for --classes: " + note;
+  }
+
+ private:
+  struct Frame {
+    std::vector<Outline> outlines;
+    std::vector<fs::path> files;
+  };
+
+  Segmentation do_segment(const FrameView& frame) override {
+    Segmentation result = empty_segmentation(frame);
+    const cv::Size size = result.image_size;
+    const auto found = frames_.find(detail::microseconds(frame.timestamp_s));
+    if (found == frames_.end()) {
+      detail::throw_file_error(path_, "has no masks for " + detail::time_text(frame.timestamp_s));
+    }
+    const Frame& known = found->second;
+    double room = std::max(64.0 * size.area(), std::exp2(24));  // as require_bounded_masks
+    for (const Outline& outline : known.outlines) {
+      result.instances.push_back(instance_of(outline, size, room, path_));
+      result.instances.back().class_id = classes_.at(outline.label);
+    }
+    for (const fs::path& file : known.files) {
+      try {
+        add_file(file, size, known.files.size() == 1, result.instances);
+      } catch (const std::invalid_argument& error) {  // its objects are no objects
+        detail::throw_file_error(file, error.what());
+      }
+    }
+    return result;
+  }
+
+  void add_file(const fs::path& file, cv::Size size, bool is_only,
+                std::vector<Instance>& instances) const {
+    const auto read = [&](const cv::Mat& pixels) {
+      return detail::fitted(pixels, size, file, "the frame", detail::if_letterboxed);
+    };
+    const auto add = [&](Instance instance, int class_id) {
+      const cv::Point margin(box_margin_px, box_margin_px);
+      instance.box =
+          cv::Rect(instance.box.tl() - margin, instance.box.br() + margin) & cv::Rect({0, 0}, size);
+      instance.class_id = class_id;
+      instances.push_back(std::move(instance));
+    };
+    if (form_ == Form::colours) {
+      const cv::Mat image = read(detail::read_image(file, cv::IMREAD_COLOR, size));
+      for (const auto& [label, colour] : colours_) {
+        cv::Mat mask;
+        cv::inRange(image, colour, colour, mask);
+        for (Instance& one : instances_from_binary_mask(mask, 0)) add(one, classes_.at(label));
+      }
+      return;
+    }
+    const cv::Mat pixels = read(detail::read_mask(file, size));
+    if (form_ == Form::one_instance && is_only) {
+      for (Instance& one : instances_from_binary_mask(cv::Mat(pixels != 0), 0)) add(one, 0);
+      return;
+    }
+    if (form_ == Form::one_instance) {
+      Instance one = Instance::from_image_mask(cv::Mat(pixels != 0), 0, 1);
+      if (!one.box.empty()) add(std::move(one), 0);
+      return;
+    }
+    const std::vector<Instance> ids = instances_from_label_map(pixels);
+    for (std::size_t k = 0; k < ids.size(); ++k) {
+      const int class_id = class_of_thousand((k + 1) / 1000);
+      if (!ids[k].box.empty() && class_id >= 0) add(ids[k], class_id);
+    }
+  }
+
+  fs::path path_;
+  Form form_ = Form::one_instance;
+  Colours colours_;
+  std::set<std::string> labels_;
+  std::map<std::string, int> classes_;
+  std::map<std::int64_t, Frame> frames_;  // by time in microseconds
+};
+
+/// Reads CVAT's table of colours: label:red,green,blue and two more columns.
+Colours read_colours(const fs::path& file) {
+  detail::TableReader table(file, ":");
+  Colours colours;
+  while (table.next()) {
+    table.require_columns(2, "label:red,green,blue::");
+    std::vector<double> rgb;
+    std::istringstream cells(table.text(1));
+    for (std::string cell; std::getline(cells, cell, ',');) {
+      rgb.push_back(detail::parse_number(cell).value_or(-1));
+    }
+    if (rgb.size() != 3) table.fail("got '" + table.text(1) + "'; want red,green,blue");
+    if (table.text(0) != "background") colours[table.text(0)] = {rgb[2], rgb[1], rgb[0]};
+  }
+  return colours;
+}
+
+std::vector<fs::path> files_of(const fs::path& folder, const std::string& extension) {
+  std::vector<fs::path> files;
+  const auto options = fs::directory_options::skip_permission_denied;
+  for (const auto& entry : fs::recursive_directory_iterator(folder, options)) {
+    std::error_code broken;  // a link
+    const bool is_hidden = entry.path().filename().native()[0] == '.';
+    const bool has = detail::lower_case(entry.path().extension().string()) == extension;
+    if (has && !is_hidden && entry.is_regular_file(broken)) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// Returns the frame that a mask file is one of several of: that of its name, of its folder, or the
+/// longest with which the name begins, before a sign.
+Times::const_iterator frame_of(const fs::path& file, const Times& times) {
+  std::string name = detail::frame_stem(file.filename());
+  for (const std::string& whole : {name, file.parent_path().filename().string()}) {
+    const auto found = times.find(whole);
+    if (found != times.end()) return found;
+  }
+  for (std::size_t end; (end = name.find_last_of("_-. ")) != std::string::npos;) {
+    name.resize(end);
+    const auto found = times.find(name);
+    if (found != times.end()) return found;
+  }
+  return times.end();
+}
+
+/// Tells whether each PNG file lies directly in the folder and is named by its frame.
+bool is_plain(const fs::path& folder, const std::vector<fs::path>& files, const Times& times) {
+  return std::all_of(files.begin(), files.end(), [&](const fs::path& file) {
+    const std::string stem = detail::frame_stem(file.filename());
+    return file.parent_path() == folder && (times.count(stem) > 0 || detail::time_of_name(stem));
+  });
+}
+
+int bits_of(const fs::path& png) {
+  const std::vector<std::uint8_t> bytes = detail::read_bytes(png);
+  return bytes.size() > detail::PngHeader::end ? bytes[detail::PngHeader::bit_depth] : 0;
+}
+
+void add_coco(const fs::path& path, const Times& times, OtherMasks& masks) {
+  Times numbers;  // frames by their numbers
+  for (const auto& [stem, time_s] : times) {
+    const bool is_number = stem.find_first_not_of("0123456789") == std::string::npos;
+    const std::size_t begin = std::min(stem.find_first_not_of('0'), stem.size() - 1);
+    if (is_number) numbers[stem.substr(begin)] = time_s;
+  }
+  for (auto& [stem, outlines] : read_coco(path)) {
+    const auto frame = times.find(stem);
+    const Times::const_iterator number = numbers.find(stem);
+    if (frame != times.end()) {
+      masks.add(frame->second, std::move(outlines));
+    } else if (number != numbers.end()) {
+      masks.add(number->second, std::move(outlines));
+    }
+  }
+}
+
+/// Adds what the path holds in the form of another tool; nothing if it holds MaskFolderSegmenter's.
+void add_others(const fs::path& path, const Times& times, OtherMasks& masks) {
+  const auto refuse_if_empty = [&](const fs::path& first) {
+    if (!masks.is_empty()) return;
+    detail::throw_file_error(first, "is of no frame of the sequence; frames are called as " +
+                                        (times.empty() ? "none" : times.begin()->first));
+  };
+  if (detail::type_of(path) == fs::file_type::regular) {
+    add_coco(path, times, masks);
+    return refuse_if_empty(path);
+  }
+  if (detail::type_of(path) != fs::file_type::directory) return;
+  if (detail::exists(path / "instances.csv")) return;
+  for (const fs::path& table : {path / "labelmap.txt", path.parent_path() / "labelmap.txt"}) {
+    if (!detail::exists(table)) continue;
+    masks.set_colours(read_colours(table));
+    const fs::path classes = path / "SegmentationClass";
+    for (const fs::path& file : files_of(detail::exists(classes) ? classes : path, ".png")) {
+      const auto frame = frame_of(file, times);
+      if (frame != times.end()) masks.add(frame->second, file, OtherMasks::Form::colours);
+    }
+    return;
+  }
+  const std::vector<fs::path> files = files_of(path, ".png"), labels = files_of(path, ".txt"),
+                              coco = files_of(path, ".json");
+  for (const fs::path& file : labels) {
+    const auto frame = times.find(file.stem().string());
+    if (frame != times.end()) masks.add(frame->second, read_yolo_labels(file));
+  }
+  if (files.empty() && labels.empty() && coco.size() == 1) add_coco(coco[0], times, masks);
+  if (files.empty() && labels.size() + coco.size() > 0) {
+    return refuse_if_empty(labels.empty() ? coco[0] : labels[0]);
+  }
+  if (!masks.is_empty() || is_plain(path, files, times)) return;
+  for (const fs::path& file : files) {
+    const auto frame = frame_of(file, times);
+    if (frame != times.end()) masks.add(frame->second, file, OtherMasks::Form::one_instance);
+  }
+}
+
+}  // namespace
+
+RecordedMasks open_masks(const fs::path& path, const RgbdSequence& sequence, bool may_be_missing) {
+  const Times& times = sequence.times_by_stem();
+  auto others = std::make_unique<OtherMasks>(path);
+  add_others(path, times, *others);
+  if (others->is_empty()) {
+    MaskFolderOptions options = mask_options(sequence);
+    options.allow_missing = may_be_missing;
+    auto folder = std::make_unique<MaskFolderSegmenter>(path, options);
+    const std::vector<fs::path> files = files_of(path, ".png");
+    const bool is_deep = !files.empty() && bits_of(files.front()) == 16;
+    if (!is_deep || !are_thousands(folder->values())) {
+      const MaskFolderSegmenter* const own = folder.get();
+      return {std::move(folder), [own](double time_s) { return own->has_mask(time_s); },
+              [own] { return own->values(); }, ""};
+    }
+    for (const fs::path& file : files) {
+      const auto frame = frame_of(file, times);
+      if (frame != times.end()) others->add(frame->second, file, OtherMasks::Form::thousands);
+    }
+  }
+  const std::string note = others->number_classes();
+  const OtherMasks* const own = others.get();
+  return {std::move(others), [own](double time_s) { return own->has_mask(time_s); },
+          [] { return std::vector<int>(); }, note};
+}
+
+}  // namespace dynfilter::tools
