@@ -6,8 +6,10 @@ set -euo pipefail
 
 usage() {
   cat <<'END'
-usage: bench/ablation.sh [features|recordings|motion|coverage|quality|age] [--levels LIST] [--seeds LIST] [--rules LIST]
-                         [--frames N] [--every N] [--truth NAME] [--out DIR] [--readme] [-h]
+usage: bench/ablation.sh [features|recordings|motion|coverage|quality|age|paper] [--levels LIST]
+                         [--seeds LIST] [--rules LIST] [--features LIST] [--frames N] [--every N]
+                         [--truth NAME] [--masks DIR] [--camera CAMERA] [--depth-offset S] [--out DIR]
+                         [--readme] [-h]
                          [SEQUENCE...]
 
 Builds the program and compares rules on levels of the rendered scene and on the given sequences, by
@@ -22,6 +24,7 @@ trajectory of the reference odometry. Prints the tables. Takes about half a minu
              draws a curve into DIR/coverage.svg
   quality    the ATE where good masks are made worse, three scenes or the given sequences
   age        the ATE where good masks are up to a second old
+  paper      the paper's Tables 1 to 4, of six numbers of features; of TUM's sequences with --camera tum3
   --readme   put the overview into bench/README.md
 
   DYNFILTER_BUILD_DIR  folder of the build, default build/release in the repository
@@ -32,7 +35,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 readonly root
 name=ablation
 case "${1-}" in
-  features | recordings | motion | coverage | quality | age)
+  features | recordings | motion | coverage | quality | age | paper)
     name=$1
     shift
     ;;
@@ -87,12 +90,20 @@ case "$name" in
       chosen[--degrade]=eroded_0,eroded_2,eroded_4,eroded_8,eroded_16,disc,boxes,missing_10,missing_3
     fi
     ;;
+  paper)
+    unset 'chosen[--levels]' 'chosen[--seeds]' 'chosen[--frames]'
+    chosen[--features]=1000,1040,1200,1500,1750,2000
+    chosen[--rules]=none,mask,paper_depth,paper,depth_motion
+    marks='paper tables'
+    tables='^(checks of the input|in the form of|removed a frame)'
+    ;;
 esac
 readme=no
 words=()
 while (($#)); do
   case "$1" in
-    --levels | --seeds | --rules | --frames | --every | --truth | --out)
+    --levels | --seeds | --rules | --features | --frames | --every | --truth | --masks | --camera | \
+      --depth-offset | --out)
       [[ $# -ge 2 ]] || { usage >&2; exit 2; }
       chosen[$1]=$2
       shift

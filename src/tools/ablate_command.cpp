@@ -79,15 +79,17 @@ std::size_t checked_frame_count(const AblationPlan& plan) {
 
 std::vector<RunRecord> run_scene(const AblationPlan& plan, const SceneSpec& scene,
                                  FrameSource& source, ProgressBar& progress) {
+  RunSettings settings = plan.settings;
+  settings.features = scene.features.value_or(settings.features);
   std::vector<std::unique_ptr<RuleRun>> runs;
   for (const std::string& rule : plan.rules) {
     const bool has_truth = source.facts().has_true_masks;
     if (needs_true_masks(rule_info(rule), plan.settings.truth) && !has_truth) continue;
-    runs.push_back(std::make_unique<RuleRun>(rule_info(rule), scene, source, plan.settings,
+    runs.push_back(std::make_unique<RuleRun>(rule_info(rule), scene, source, settings,
                                              folder_of(plan, scene, rule)));
   }
-  const odometry::OrbExtractor extractor(plan.settings.features);
-  SourceChecks checks(source.facts().camera, plan.settings);
+  const odometry::OrbExtractor extractor(settings.features);
+  SourceChecks checks(source.facts().camera, settings);
   for (std::size_t i = 0; source.has(i); i += plan.settings.every) {
     const SourceFrame frame = source.read(i);
     const ExtractedFeatures features = extract_features(extractor, frame.frame.image);
@@ -129,6 +131,7 @@ struct AblateOptions {
   std::filesystem::path masks, camera;    // of the only sequence; empty: its own
   bool keeps_missing = false;             // whether frames may lack masks
   std::optional<double> depth_offset_s;
+  std::vector<int> features = {1000};
   std::vector<std::string> levels;
   std::string seeds = "1-5";
   SceneSpec level_options;  // options that all levels share
@@ -158,10 +161,16 @@ std::vector<std::uint64_t> seeds_of(const std::string& text) {
 AblationPlan plan_of(const AblateOptions& options) {
   AblationPlan plan = options.plan;
   plan.settings.mask_culler.dynamic_classes = class_ids(plan.settings.classes, nullptr);
-  const bool has_files = !options.masks.empty() || !options.camera.empty();
-  if (has_files && options.sequences.size() != 1) {
-    throw CLI::ValidationError("--masks and --camera need one SEQUENCE, whose files they replace");
+  if (!options.masks.empty() && options.sequences.size() != 1) {
+    throw CLI::ValidationError("--masks needs one SEQUENCE, whose masks it replaces");
   }
+  plan.settings.features = options.features[0];
+  const auto add = [&](SceneSpec scene) {
+    for (const int features : options.features) {
+      if (options.features.size() > 1) scene.features = features;
+      plan.scenes.push_back(scene);
+    }
+  };
   for (const std::filesystem::path& sequence : options.sequences) {
     SceneSpec scene;
     scene.sequence = sequence;
@@ -169,10 +178,10 @@ AblationPlan plan_of(const AblateOptions& options) {
     scene.keeps_missing = options.keeps_missing;
     scene.camera = options.camera;
     scene.depth_offset_s = options.depth_offset_s;
-    if (options.degradations.empty()) plan.scenes.push_back(scene);
+    if (options.degradations.empty()) add(scene);
     for (const std::string& how : options.degradations) {
       scene.degraded = how;
-      plan.scenes.push_back(scene);
+      add(scene);
     }
   }
   for (const std::string& level : options.levels) {
@@ -180,7 +189,7 @@ AblationPlan plan_of(const AblateOptions& options) {
       SceneSpec scene = options.level_options;
       scene.level = level;
       scene.level_seed = seed;
-      plan.scenes.push_back(scene);
+      add(scene);
     }
   }
   if (plan.scenes.empty()) throw CLI::RequiredError("SEQUENCE or --levels");
@@ -191,10 +200,9 @@ AblationPlan plan_of(const AblateOptions& options) {
 void ablate(const AblateOptions& options) {
   const AblationPlan plan = plan_of(options);
   const std::vector<RunRecord> results = run_all(plan);
-  std::printf("%s", ablation_tables(results, plan.settings.truth).c_str());
   std::set<std::string> scenes, without_masks;
-  for (const RunRecord& result : results) {
-    const std::string& name = result.scene.name;
+  for (const RunRecord& result : results) {  // what tables rest on stands before them
+    const std::string& name = result.scene.source;
     if (result.rule.takes_masks() && result.masks.empty() && without_masks.insert(name).second) {
       std::printf(
           "\n%s has no masks/ folder, so no mask removes anything; dynfilter masks --model "
@@ -205,7 +213,8 @@ void ablate(const AblateOptions& options) {
       print_findings(result.findings, name);
     }
   }
-  std::printf("\nwritten to %s/<scene>/<rule>\n", plan.out.c_str());
+  std::printf("\n%swritten to %s/<scene>/<rule>\n",
+              ablation_tables(results, plan.settings.truth).c_str(), plan.out.c_str());
 }
 
 /// Accepts the names that a function accepts.
@@ -239,7 +248,8 @@ void add_ablate_command(CLI::App& program) {
                       "folder of the masks of one SEQUENCE [SEQUENCE/masks]; dynfilter masks makes "
                       "them\nwith --model or --remote");
   command->add_option("--camera", options->camera,
-                      "camera file of one SEQUENCE [SEQUENCE/camera.yaml]");
+                      "camera file of the SEQUENCES, or its name, such as tum3 "
+                      "[SEQUENCE/camera.yaml]");
   command
       ->add_option("--degrade", options->degradations,
                    "make the sequences' masks worse, and use the original ones as the truth:\n"
@@ -271,6 +281,13 @@ void add_ablate_command(CLI::App& program) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(all_rule_names()));
+  command
+      ->add_option("--features", options->features,
+                   "ORB features a frame; several numbers give medians with a spread")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
   add_setting_options(*command, options->plan.settings);
   command->add_option("--out", options->plan.out, "folder for the results")->capture_default_str();
   command->footer(rule_list() +

@@ -322,11 +322,13 @@ Degradation Degradation::parse(const std::string& text) {
 }
 
 SceneName SceneSpec::name() const {
+  SceneName scene = {level, level + '_' + std::to_string(level_seed), {}};
   if (level.empty()) {
-    const std::string name = folder_name(sequence) + (degraded.empty() ? "" : "_" + degraded);
-    return {name, name};
+    scene.source = folder_name(sequence) + (degraded.empty() ? "" : '_' + degraded);
+    scene.group = scene.source;
   }
-  return {level, level + "_" + std::to_string(level_seed)};
+  scene.name = scene.source + (features ? '_' + std::to_string(*features) : "");
+  return scene;
 }
 
 SyntheticSceneOptions SceneSpec::level_options() const {

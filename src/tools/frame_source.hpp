@@ -126,8 +126,9 @@ struct Degradation {
 
 /// The names of a scene in results.
 struct SceneName {
-  std::string group;  ///< scenes that a table combines: the level, or the sequence alone
-  std::string name;   ///< medium_5, or the name of the sequence's folder
+  std::string group;   ///< scenes that a table combines: the level, or the sequence alone
+  std::string source;  ///< medium_5, or the name of the sequence's folder
+  std::string name;    ///< the same or, where numbers of features are compared, medium_5_2000
 };
 
 /// The frames to use: those of a recorded sequence, or of a level with a seed.
@@ -142,6 +143,7 @@ struct SceneSpec {
   std::string level;                     ///< empty: use the sequence
   std::uint64_t level_seed = 1;
   std::optional<int> frames, width, height;  ///< replace the level's own
+  std::optional<int> features;               ///< a frame; replaces the settings' number
 
   SceneName name() const;
 

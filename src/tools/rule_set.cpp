@@ -36,6 +36,12 @@ AnyStage nothing(const Parts&) {
 
 AnyStage paper(const Parts&) { return EdgeCompensator(EdgeCompensatorOptions::paper()); }
 
+AnyStage paper_depth(const Parts&) {
+  EdgeCompensatorOptions options = EdgeCompensatorOptions::paper();
+  options.uses_codes = false;
+  return EdgeCompensator(options);
+}
+
 AnyStage depth(const Parts&) { return DepthCompensator(); }
 
 /// Makes another system's rule that judges single frames.
@@ -83,6 +89,7 @@ const std::vector<Entry>& entries() {
       {{"mask_robust", "rule mask, and poses by the kernel of Geman and McClure", M::culled,
         S::none, odometry::Kernel::geman_mcclure},
        nothing},
+      {{"paper_depth", "the same as paper without D-LBP", M::culled, S::frame}, paper_depth},
       {{"paper", "features on the masks, and in the box by depth and D-LBP (the paper)", M::culled,
         S::frame},
        paper},

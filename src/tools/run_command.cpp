@@ -139,6 +139,9 @@ void add_run_command(CLI::App& program) {
     CLI::Option* segmenter = command->get_option_no_throw(name);  // none: built without it
     if (segmenter != nullptr) command->get_option("--masks")->excludes(segmenter);
   }
+  command->add_option("--features", options->settings.features, "ORB features a frame")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
   add_setting_options(*command, options->settings);
   command->add_option("--overlays", options->settings.overlays, "number of frames to draw")
       ->check(CLI::Range(0, 100000))

@@ -80,6 +80,7 @@ struct RunRecord {
       sum.custom += frame.statistics.custom;
       sum.motion.kept_still += frame.statistics.motion.kept_still;
       sum.restored += frame.statistics.restored;
+      sum.full_code_ranges += frame.statistics.full_code_ranges;
     }
     return sum;
   }
@@ -129,9 +130,8 @@ struct RunRecord {
 };
 
 /// Returns the tables of all runs, an empty line after each: a row a rule and a column a group, for
-/// features left, removed and kept and the odometry's errors; then masks alone (Y) and the
-/// paper's rule (Y+D) in the form of the paper's Table 4. Leaves out tables without a figure.
-/// Titles say so if the truth is by motion.
+/// features left, removed and kept and the odometry's errors; then the paper's Tables 1 to 4, where
+/// its rule ran. Leaves out tables without a figure. Titles say so if the truth is by motion.
 std::string ablation_tables(const std::vector<RunRecord>& runs, Truth truth);
 
 /// Prints the table for people on standard output.

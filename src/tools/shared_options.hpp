@@ -68,9 +68,6 @@ inline CLI::Option* add_missing_masks_option(CLI::App& command, bool& keeps) {
 }
 
 inline void add_setting_options(CLI::App& command, RunSettings& settings) {
-  command.add_option("--features", settings.features, "ORB features a frame")
-      ->check(CLI::Range(1, 100000))
-      ->capture_default_str();
   command
       .add_option("--every", settings.every,
                   "use every n-th frame only, without odometry, which needs all frames")

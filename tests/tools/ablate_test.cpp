@@ -3,7 +3,11 @@
 
 // `dynfilter ablate`, its tables, and examples/report.py, which draws its results.
 
+#include <array>
 #include <cstdio>
+#include <regex>
+#include <sstream>
+#include <utility>
 
 #include "dynfilter/version.hpp"
 #include "support/test.hpp"
@@ -112,8 +116,9 @@ TEST_F(Ablate, RefusesInvalidPlans) {
     refuses("--levels medium --seeds '" + std::string(seeds) + "'", "--seeds");
   }
   refuses("--levels medium,medium", "two scenes named medium_1");
-  refuses("--levels medium --masks x", "--masks and --camera need one SEQUENCE");
-  refuses("one two --camera x", "--masks and --camera need one SEQUENCE");
+  refuses("one two --masks x", "--masks needs one SEQUENCE");
+  refuses("--levels medium --features 500,0", "--features");
+  refuses("--levels medium --features 500,500", "two scenes named medium_1_500");
   fs::create_directories(out("empty"));
   refuses(quoted(out("empty")), "rgb.txt");
 }
@@ -142,7 +147,8 @@ TEST_F(Ablate, OmitsPerfectMasksWithoutTruth) {
 tools::RunRecord result(const std::string& group, std::size_t scene, const std::string& rule,
                         double ate_rmse_m) {
   tools::RunRecord run;
-  run.scene = {group, group + "_" + std::to_string(scene)};
+  const std::string name = group + "_" + std::to_string(scene);
+  run.scene = {group, name, name};
   run.rule = tools::rule_info(rule);
   run.frames.resize(10);
   for (std::size_t i = 0; i < scene; ++i) run.frames[i].is_lost = true;
@@ -165,9 +171,74 @@ TEST(AblationTables, MatchHandComputedValues) {
   // Relative to masks alone: 1/4, 1/4 and 1.
   const std::string text = tables_text(results);
   for (const char* cells :
-       {"mask     0.6000/90/0", "0.25 (0.25..1.00)", "0.6000  0.3000       50.0 %"}) {
+       {"mask     0.6000/90/0", "0.25 (0.25..1.00)",
+        "0.6000 (0.4000..1.2000)              -  0.3000 (0.1000..0.6000)", "too few runs"}) {
     EXPECT_NE(text.find(cells), std::string::npos) << cells << '\n' << text;
   }
+}
+
+/// Returns the row of a group in the table with this title.
+std::string row_of(const std::string& text, const std::string& title, const std::string& group) {
+  const std::size_t table = text.find(title);
+  if (table == std::string::npos) return "no table " + title;
+  const std::size_t row = text.find('\n' + group + ' ', table) + 1;
+  return text.substr(row, text.find('\n', row) - row);
+}
+
+TEST(AblationTables, ConcludeOnlyBeyondTheSpread) {
+  const std::pair<const char*, std::array<double, 4>> runs[] = {
+      {"none", {0.5, 0.6, 0.7, 0.8}},             // above all others
+      {"mask", {0.11, 0.12, 0.13, 0.14}},         // meets the next two
+      {"paper_depth", {0.10, 0.11, 0.12, 0.13}},  // meets the next one
+      {"paper", {0.10, 0.10, 0.10, 0.13}},        // is better, but for one run
+      {"depth_motion", {0.04, 0.05, 0.05, 0.06}}};
+  std::vector<tools::RunRecord> results;
+  for (const auto& [rule, errors] : runs) {
+    for (std::size_t scene = 0; scene < 4; ++scene) {
+      results.push_back(result("made", scene, rule, errors[scene]));
+    }
+  }
+  std::istringstream cells(row_of(tables_text(results), "eq. (2)", "made"));
+  std::string row;
+  for (std::string word; cells >> word;) row += word + ' ';
+  // 1 - 0.05 / 0.65, 1 - 0.10 / 0.65 and 1 - 0.05 / 0.10.
+  EXPECT_EQ(row,
+            "made 92.3 % 84.6 % within the spread within the spread within the spread 50.0 % ");
+  for (tools::RunRecord& run : results) {
+    if (run.rule.name != "depth_motion") continue;
+    for (tools::FrameRecord& frame : run.frames) frame.is_lost = true;
+  }
+  EXPECT_EQ(row_of(tables_text(results), "eq. (2)", "made").find("made    other frames"), 0U)
+      << "no error of a few frames is compared with one of all\n"
+      << tables_text(results);
+}
+
+TEST_F(Ablate, ConcludesOfAShortSceneWhatItsSpreadAllows) {
+  const Outcome outcome = succeed(
+      "ablate --levels medium --seeds 1 --features 200,220,240,260 --frames 20 --width 160 "
+      "--height 120 --rules none,mask,paper_depth,paper,depth_motion --out " +
+      quoted(out("four")));
+  EXPECT_TRUE(std::regex_search(row_of(outcome.printed, "eq. (2)", "medium"),
+                                std::regex("^medium +[1-9][0-9.]+ % .*within the spread")))
+      << outcome.printed;
+  const auto figures = read_json(out("four") / "medium_1_220/paper/summary.json");
+  EXPECT_EQ(figures["options"]["features"], 220);
+  EXPECT_EQ(figures["group"], "medium");
+  EXPECT_EQ(outcome.printed.find("Table 2"), std::string::npos) << "it lasts less than a second";
+}
+
+TEST(AblationTables, TellWhatEachStepRemoved) {
+  std::vector<tools::RunRecord> results;
+  for (const char* rule : {"mask", "paper", "depth_motion"}) {
+    tools::RunRecord& run = results.emplace_back(result("made", 1, rule, 0.1));
+    for (tools::FrameRecord& frame : run.frames) frame.statistics.masked = 20;
+    run.frames[0].statistics.compensated = run.rule.compensates() ? 15 : 0;
+    run.frames[0].statistics.full_code_ranges = run.rule.name == "paper" ? 1 : 0;
+    run.frames[1].statistics.moving = run.rule.follows_motion() ? 7 : 0;
+  }
+  EXPECT_EQ(row_of(tables_text(results), "removed a frame on masks", "made"),
+            "made      -  20.0/0.0/0.0/0.00/90              -  20.0/1.5/0.0/0.10/90  "
+            "20.0/1.5/0.7/0.00/90");
 }
 
 TEST(AblationTables, TellTheFramesTrackedBesideTheError) {

@@ -153,6 +153,8 @@ TEST(ProgramChecks, SpeakInRunAndAblateToo) {
   fs::remove_all(out);
   const Outcome ablated = succeed("ablate " + quoted(scene) + " --rules none,mask" + options);
   expect_mentions(ablated, "checks of the input of inverted\n* masks_everywhere: ");
+  EXPECT_LT(ablated.printed.find("checks of the input"), ablated.printed.find("all: "))
+      << "before what rests on it";
   const auto summary = read_json(out / "inverted" / "mask" / "summary.json");
   EXPECT_TRUE(summary.at("checks").contains("masks_everywhere"));
 }
