@@ -2,7 +2,8 @@
 # SPDX-FileCopyrightText: 2026 the dynfilter authors
 # SPDX-License-Identifier: MIT
 
-# Makes the picture of README.md anew: runs the demo on its own scene, and shrinks an overlay.
+# Makes the picture of README.md and the demo's lines in it anew: runs the demo on its own scene, and
+# shrinks an overlay.
 
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -11,7 +12,9 @@ source "$root/cmake/setup.sh"
 need_packages imagemagick
 
 mkdir -p "$root/examples/images"
-bash "$root/examples/demo.sh"
+output=$(bash "$root/examples/demo.sh" | tee /dev/stderr)
+fill_marks "$root/README.md" "demo output" \
+  "$(grep -E '^features|^against|^ +(extracted|removed by|removed because|kept  |dynamic|static)' <<<"$output")"
 # Picks the drawn frame with the most compensated features.
 frame=$(awk -F, 'FNR == NR { drawn[$1] = 1; next } $1 in drawn && $8 > most { most = $8; frame = $1 }
   END { print frame }' <(basename -s .png "$root"/out/demo/overlays/*.png) "$root/out/demo/frames.csv")

@@ -152,7 +152,7 @@ class TableReader {
   static bool is_too_coarse(const std::string& text) {
     constexpr std::size_t enough = 13;  // of a time since 1970, to milliseconds
     const std::size_t exponent = text.find_first_of("eE");
-    return exponent != std::string::npos && exponent < enough;
+    return exponent < enough;
   }
 
   static std::string trimmed(const std::string& text) {
