@@ -113,10 +113,7 @@ step_threads() {
   log "Unit tests under the thread sanitizer"
   build "${other_dirs}tsan" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
     -DDYNFILTER_SANITIZE=thread -DDYNFILTER_UNITY_BUILD=ON
-  # Loops of OpenCV run in the calling thread: TBB is built without the sanitizer, which therefore does
-  # not see when their bodies begin and end.
-  OPENCV_FOR_THREADS_NUM=1 \
-    TSAN_OPTIONS="halt_on_error=1:suppressions='$root/tests/tsan.supp':print_suppressions=0" \
+  TSAN_OPTIONS="halt_on_error=1:suppressions='$root/tests/tsan.supp':print_suppressions=0" \
     run_tests "${other_dirs}tsan" -LE slow
 }
 
