@@ -213,9 +213,9 @@ struct DepthRuleOracle {
       for (const auto& [dy, dx] : {std::pair(0, 1), {1, -1}, {1, 0}, {1, 1}}) {
         const Cell& from = cells[{place / columns + way * dy, place % columns + way * dx}];
         if (cell.z == 0 || cell.is_seed) continue;
-        for (const int side : {0, 1}) {
-          const double step = std::max(from.steps[side], std::abs(cell.z - from.z));
-          cell.steps[side] = std::min(cell.steps[side], step);
+        for (const int to : {0, 1}) {
+          const double step = std::max(from.steps[to], std::abs(cell.z - from.z));
+          cell.steps[to] = std::min(cell.steps[to], step);
         }
       }
     }
