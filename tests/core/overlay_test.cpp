@@ -79,8 +79,9 @@ TEST(Overlay, ShowsMasksBoxesAndALegendBelowTheImage) {
       Instance::from_box_mask(cv::Mat(20, 20, CV_8UC1, cv::Scalar(255)), {60, 50, 20, 20});
   instance.box = {55, 40, 1000, 30};  // reaches beyond the image
   segmentation.instances.push_back(instance);
-  const cv::Mat picture =
-      draw_overlay(image, segmentation, FeaturesView(), FeatureLabels(0, segmentation));
+  FeatureLabels labels(0, segmentation);
+  labels.statistics().instances[0].dynamic = true;
+  const cv::Mat picture = draw_overlay(image, segmentation, FeaturesView(), labels);
   EXPECT_EQ(picture.cols, image_size.width);
   EXPECT_GT(picture.rows, image_size.height);
   EXPECT_EQ(picture.at<cv::Vec3b>(40, 70), cv::Vec3b(255, 255, 255)) << "the box";
