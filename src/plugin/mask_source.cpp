@@ -243,6 +243,7 @@ PluginMasks::PluginMasks(const PluginSettings& settings)
     throw std::runtime_error(origin_ + error.what() + (helps ? remedy_ : ""));
   }
   if (settings.moves_masks) propagator_.emplace();
+  if (settings.motion_camera) carrier_.emplace(settings.filter.mask_culler.dynamic_classes);
 }
 
 void PluginMasks::submit(const FrameView& frame) {
@@ -255,6 +256,9 @@ const FrameMasks& PluginMasks::masks_for(const FrameView& frame) {
   answered_s_.reset();
   masks_ = find(frame);
   if (propagator_) masks_.segmentation = propagator_->propagate(frame, masks_.segmentation);
+  if (carrier_ && masks_.segmentation) {
+    masks_.segmentation = carrier_->carry(frame, *std::move(masks_.segmentation));
+  }
   answered_s_ = frame.timestamp_s;
   return masks_;
 }

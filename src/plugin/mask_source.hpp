@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "dynfilter/segmenters/mask_carrier.hpp"
 #include "dynfilter/segmenters/mask_propagator.hpp"
 #include "plugin/host_input.hpp"
 #include "plugin/plugin_settings.hpp"
@@ -31,7 +32,7 @@ class MaskSource {
 };
 
 /// The masks of a plugin, by its settings: from a folder, another process or a network; unchanged,
-/// or moved to the frame.
+/// or moved to the frame; with motion, those of missed objects carried on.
 class PluginMasks {
  public:
   /// Makes the source. Throws std::runtime_error that names the settings file and the key if that
@@ -62,6 +63,7 @@ class PluginMasks {
   std::optional<int> person_class_;
   std::unique_ptr<MaskSource> source_;
   std::optional<MaskPropagator> propagator_;
+  std::optional<MaskCarrier> carrier_;
   std::optional<double> answered_s_;  // time of the frame of `masks_`
   FrameMasks masks_;
 };

@@ -93,6 +93,7 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
       masks_alone_(mask_stage_of(rule, culler_options(rule, settings))),
       pictures_(staged_.path(), source.size(), settings.overlays, rule) {
   if (rule.moves_masks()) propagator_.emplace();
+  if (rule.carries_masks()) carrier_.emplace(settings.mask_culler.dynamic_classes);
   if (source.facts().has_depth && settings.every == 1) {
     odometry_.emplace(source.facts().camera, rule.kernel);
   }
@@ -108,6 +109,7 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
 std::optional<Segmentation> RuleRun::masks_of(const SourceFrame& frame) {
   if (rule_.is_bound()) return dynamic_masks(frame, record_.settings.truth);
   if (rule_.masks == RuleMasks::absent) return {};
+  if (carrier_ && frame.masks) return carrier_->carry(frame.frame, *frame.masks);
   if (!propagator_) return frame.masks;
   return propagator_->propagate(frame.frame, frame.masks);
 }

@@ -16,6 +16,7 @@
 #include "lab/odometry/orb_extractor.hpp"
 
 #include "dynfilter/dynfilter.hpp"
+#include "dynfilter/segmenters/mask_carrier.hpp"
 #include "dynfilter/segmenters/mask_propagator.hpp"
 #include "frame_source.hpp"
 #include "io/staged_folder.hpp"
@@ -69,6 +70,7 @@ class RuleRun {
   detail::StagedFolder staged_;
   double rim_px_;
   std::optional<MaskPropagator> propagator_;
+  std::optional<MaskCarrier> carrier_;
   Pipeline<AnyStage, AnyStage> filter_;
   Pipeline<AnyStage> masks_alone_;
   FeatureLabels labels_, by_mask_;

@@ -46,6 +46,8 @@ struct RuleInfo {
 
   bool takes_masks() const { return masks >= RuleMasks::culled; }
   bool moves_masks() const { return masks == RuleMasks::moved; }
+  /// Whether the masks of objects that a network misses for some frames are carried on.
+  bool carries_masks() const { return takes_masks() && follows_motion(); }
   /// Whether the rule is the bound: it removes what the truth calls dynamic, and nothing else.
   bool is_bound() const { return masks == RuleMasks::exact; }
   bool compensates() const { return stage != RuleStage::none; }
