@@ -55,7 +55,8 @@ enum class MotionOutcome : std::uint8_t {
   started,           ///< abstained: first frame, or a cut, a gap, or a time that did not grow
   repeated,          ///< abstained: the image is that of the frame before
   too_few_tracks,    ///< abstained: too few static features with depth could be tracked
-  pose_not_trusted,  ///< abstained: the tracks agree on no motion of the camera
+  pose_not_trusted,  ///< abstained: the tracks agree on no motion of the camera, or only
+                     ///< what is nearest does, without masks
   applied            ///< the motion of the camera is known, and features were judged by it
 };
 

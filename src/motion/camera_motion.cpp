@@ -32,6 +32,11 @@ constexpr double max_worse_fit = 1.3, max_worse_fit_px = 0.1;
 // It also needs so many times as many features within a distance. A larger gain keeps a shift that
 // a turn explains; a larger distance counts what drifts.
 constexpr double min_agreement_gain = 1.1, agreement_px = 0.5;
+// Without masks, a pose is refused if so many of the sample disagree with it, and so often one that
+// agrees is nearer than one that does not. Larger shares take a near crowd for the world, smaller
+// ones refuse good poses.
+constexpr double min_disagreeing_share = 0.1, min_nearer_share = 0.65;
+constexpr double disagreement_px = 2;
 constexpr int refining_steps = 2;
 // Chained motions of single frames are off by up to a pixel. A baseline of a larger scale is not
 // used; a larger limit lets a wrong one judge.
@@ -197,6 +202,29 @@ Baseline refined_by(const MotionContext& context, const std::vector<PoseObservat
   return over;
 }
 
+/// Tells whether a pose rests on what is nearest, before something that disagrees with it: on a
+/// crowd before the world.
+bool rests_on_nearest(const MotionContext& context, const Pose& pose,
+                      const std::vector<PoseObservation>& observations) {
+  std::vector<float>&agreeing_m = context.scratch.values, &others_m = context.scratch.depths_m;
+  agreeing_m.clear();
+  others_m.clear();
+  for (const PoseObservation& one : observations) {
+    const double away_px = distance_px(context, pose, one);
+    const auto depth_m = static_cast<float>(one.point_now_m.z);
+    if (away_px < 2 * agreement_px) agreeing_m.push_back(depth_m);
+    if (away_px > disagreement_px) others_m.push_back(depth_m);
+  }
+  const auto others = static_cast<double>(others_m.size());
+  double nearer = 0;
+  for (const float agreeing : agreeing_m) {
+    nearer += static_cast<double>(std::count_if(others_m.begin(), others_m.end(),
+                                                [&](float other) { return agreeing < other; }));
+  }
+  return others > min_disagreeing_share * static_cast<double>(observations.size()) &&
+         nearer > min_nearer_share * others * static_cast<double>(agreeing_m.size());
+}
+
 }  // namespace
 
 CameraEstimate measure_camera(const MotionContext& context) {
@@ -223,12 +251,15 @@ CameraEstimate measure_camera(const MotionContext& context) {
   const bool is_known = (is_expected && estimate_from(Suspicion::compensated, 1)) ||
                         estimate_from(Suspicion::compensated, 2) ||
                         estimate_from(Suspicion::standing, 2);
+  const bool is_used =
+      is_known && (context.has_masks || is_prior_trusted ||
+                   !rests_on_nearest(context, estimate.pose, scratch.observations));
   const bool are_too_few = scratch.observations.size() < RelativePoseEstimator::min_observations;
-  return {is_known      ? MotionOutcome::applied
+  return {is_used       ? MotionOutcome::applied
           : is_cut      ? MotionOutcome::started
           : are_too_few ? MotionOutcome::too_few_tracks
                         : MotionOutcome::pose_not_trusted,
-          {is_known, memory.now.timestamp_s - memory.past[0].timestamp_s, estimate.pose,
+          {is_used, memory.now.timestamp_s - memory.past[0].timestamp_s, estimate.pose,
            estimate.scale_px},
           estimate.support};
 }

@@ -21,7 +21,8 @@ namespace {
 constexpr double min_shift_px = 1.5, min_shift_scales = 6;
 /// A shift below this share of the limit needs no other depth to explain it.
 constexpr double max_sure_ratio = 0.5;
-/// What is nearer by more hides a surface. A larger one blames tracks along an edge.
+/// What is nearer by more hides a surface, and what is farther lies behind it. A larger one blames
+/// tracks along an edge, and misses what moves before a near wall.
 constexpr double same_depth_m = 0.1;
 // A candidate's patch fits its track better than the static place: by a share of its contrast, and
 // with at most a share of the static place's difference. A larger gain misses weak texture.
@@ -43,7 +44,7 @@ constexpr float max_difference = 0.3F, max_difference_px = 0.5F;
 // They also do if most of the nearest, tracked or not, are candidates: persons cross each other,
 // and limbs swing.
 constexpr int crowd_radius_px = 50, crowd = 12, min_crowd = 6;
-constexpr double min_crowd_share = 0.8;
+constexpr double min_crowd_share = 0.6;
 // A candidate joins supported ones that are near and move as it does: at the edge of a thing, most
 // neighbours may be static. A larger radius joins tracks that failed.
 constexpr int join_radius_px = 50, min_joined = 3;
@@ -133,6 +134,28 @@ std::optional<double> depth_behind_m(const MotionContext& context, std::size_t f
   const auto depth_then_m = context.then(baseline).frame.depth_m(nearest_pixel(*static_place));
   if (!depth_then_m) return {};
   return *depth_then_m - (pose * (place.ray * depth_m)).z;
+}
+
+/// Tells whether a feature was not yet at its static place over some baseline: all around, depth
+/// was that of what lies behind it, and the image does not show it there.
+bool has_come(const MotionContext& context, std::size_t feature) {
+  const FeaturePlace& place = context.found.places[feature];
+  if (!(place.depth_m > 0)) return false;
+  const cv::Point3d now_m = place.ray * double{place.depth_m};
+  for (std::size_t b = 0; b < baselines; ++b) {
+    const Baseline& over = context.found.over[b];
+    if (!over.is_used) continue;
+    if (looks_static(context, feature, b)) return false;
+    const auto static_place = context.static_place(feature, over.pose, now_m.z);
+    if (!static_place) continue;
+    const FrameView& then = context.then(b).frame;
+    const cv::Point pixel = nearest_pixel(*static_place);
+    const DepthInterval around = depth_interval(then, pixel);
+    const bool is_behind = then.depth_m(pixel) && around.is_known() &&
+                           around.nearest_m > (over.pose * now_m).z + same_depth_m;
+    if (is_behind) return true;
+  }
+  return false;
 }
 
 /// Says what a feature's shifts, its depth and the image tell of its motion.
@@ -299,7 +322,11 @@ void measure_shifts(const MotionContext& context, std::vector<Shift>& shifts) {
 }
 
 void gather_evidence(const MotionContext& context, std::vector<Evidence>& evidence) {
-  for (std::size_t i = 0; i < evidence.size(); ++i) evidence[i] = evidence_of(context, i);
+  for (std::size_t i = 0; i < evidence.size(); ++i) {
+    evidence[i] = evidence_of(context, i);
+    evidence[i].is_sure = evidence[i].kind != EvidenceKind::quiet && has_come(context, i);
+    if (evidence[i].is_sure) evidence[i].kind = EvidenceKind::candidate;
+  }
 }
 
 void support_candidates(const MotionContext& context, const FeatureLabels& labels,
@@ -314,7 +341,8 @@ void support_candidates(const MotionContext& context, const FeatureLabels& label
     const bool is_on_mask = labels[i].removed && labels[i].reason == Reason::in_mask;
     Neighbours neighbours;
     if (!is_on_mask) neighbours = ask_neighbours(context, i);
-    supported[i] = is_on_mask || neighbours.agree || neighbours.are_candidates;
+    supported[i] = is_on_mask || context.found.evidence[i].is_sure || neighbours.agree ||
+                   neighbours.are_candidates;
     if (neighbours.agree) scratch.cores.push_back(i);
   }
   for (const std::uint32_t i : scratch.candidates) {

@@ -93,6 +93,7 @@ struct Evidence {
   EvidenceKind kind = EvidenceKind::unknown;
   float approach_m = 0;  // how much nearer it came than a static one, if that is a motion
   float ratio = 0;       // largest shift, or change of depth, over what is allowed for
+  bool is_sure = false;  // that it moved: depth shows what was behind its static place
 
   bool is_candidate() const { return kind == EvidenceKind::candidate; }
 };

@@ -38,8 +38,9 @@ constexpr float max_clear_ratio = 0.3F;
 // An instance is quiet if most of its tracked features shift by at most the largest of these.
 // Larger ones keep people who move slowly.
 constexpr double max_quiet_px = 0.75, max_quiet_scales = 2.5, max_quiet_speed_m_s = 0.06;
-// So many must be tracked, and such a share of its features. Larger ones leave more undecided.
-constexpr double quiet_share = 0.7, min_tracked_share = 0.5;
+// So many must be tracked, and such a share of its features. Larger ones leave more undecided. A
+// smaller quiet share keeps a person who stands and works with her arms.
+constexpr double quiet_share = 0.8, min_tracked_share = 0.5;
 constexpr std::size_t min_votes = 8;
 /// An object for which at most this share of the features was removed hardly changes a map.
 constexpr double small_object_share = 0.05;

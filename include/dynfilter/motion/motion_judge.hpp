@@ -44,7 +44,8 @@ struct MotionJudgeOptions {
 ///
 /// Abstains, changes nothing and says why in MotionStatistics: without an image, in the first
 /// frame, after a cut, a gap or a step back in time, where an image repeats, and where the tracks
-/// agree on no motion of the camera. In such a frame, the features of people who stand are removed.
+/// agree on no motion of the camera or, without masks, those of what is nearest do. In such a
+/// frame, the features of people who stand are removed.
 ///
 /// The image must be CV_8UC1 or CV_8UC3 (or CV_8UC4). Uses `frame.depth` where it exists, but not
 /// the depths of FeaturesView; without depth it needs a trusted prior in each frame.
