@@ -15,11 +15,7 @@ import sys
 USUAL = "640x480/1000/3"  # image, features, instances
 FILTER_RATIOS = [  # the other, ours, both in words
     ("peer/orb_extraction/scene", "filter/depth/scene", "ORB extraction / the filter, rule depth"),
-    ("filter/depth/3840x2160/1000/3", f"filter/depth/{USUAL}",
-     "the filter at 3840x2160 / the filter at 640x480, same features"),
     (f"peer/dilation/{USUAL}", "kept", "culling with dilated masks, as in DynaSLAM / the filter, rule paper"),
-    (f"peer/naive_filter/{USUAL}", "kept",
-     "the same rule, written naively with codes of the whole image / the filter, rule paper"),
     ("peer/lk_fundamental/scene", "filter/paper/scene",
      "optical flow and a fundamental matrix, as in DS-SLAM / the filter, rule paper"),
     (f"limit/memcpy/{USUAL}", "kept", "memcpy of keypoints and descriptors / the filter, rule paper"),

@@ -14,7 +14,7 @@ need_packages imagemagick
 mkdir -p "$root/examples/images"
 output=$(bash "$root/examples/demo.sh" | tee /dev/stderr)
 fill_marks "$root/README.md" "demo output" \
-  "$(grep -E '^features|^against|^ +(extracted|removed by|removed because|kept  |dynamic|static)' <<<"$output")"
+  "$(grep -E '^features|^ +(removed by|dynamic left|static removed)' <<<"$output")"
 # Picks the drawn frame with the most compensated features.
 frame=$(awk -F, 'FNR == NR { drawn[$1] = 1; next } $1 in drawn && $8 > most { most = $8; frame = $1 }
   END { print frame }' <(basename -s .png "$root"/out/demo/overlays/*.png) "$root/out/demo/frames.csv")
