@@ -20,7 +20,7 @@ trajectory of the reference odometry. Prints the tables. Takes about half a minu
   features   the usual rules on ten levels, every tenth frame, without odometry
   recordings our rules on recorded people, of which the truth by motion is known (masks_moving/)
   motion     rules that judge motion beside those that know only classes, by what moves
-  coverage   how often each rule tracks: six numbers of features, seven scenes and the given sequences;
+  coverage   how often each rule tracks: six numbers of features, four scenes and the given sequences;
              draws a curve into DIR/coverage.svg
   quality    the ATE where good masks are made worse, three scenes or the given sequences
   age        the ATE where good masks are up to a second old
@@ -76,10 +76,10 @@ case "$name" in
     tables='^all: ATE over that of rule mask'
     ;;
   coverage)
-    chosen[--levels]=medium,hard,near_crowd
-    chosen[--seeds]=101-103
-    chosen[--frames]=100
-    chosen[--rules]=none,mask,mask_robust,dynaslam,lk_epipolar,paper,depth,depth_motion,perfect
+    chosen[--levels]=medium,near_crowd
+    chosen[--seeds]=101-102
+    chosen[--frames]=50
+    chosen[--rules]=none,mask,mask_robust,lk_epipolar,paper,depth_motion,perfect
     ;;
   quality | age)
     unset 'chosen[--levels]' 'chosen[--seeds]' 'chosen[--frames]'
@@ -134,7 +134,7 @@ if [[ $name =~ ^(quality|age)$ && -z $sequences ]]; then # the exact masks of re
   for seed in 101 102 103; do
     scene=${chosen[--out]}/scenes/medium_$seed
     rm -rf "$scene"
-    "$dynfilter" synth "$scene" --level medium --seed "$seed" --frames 100
+    "$dynfilter" synth "$scene" --level medium --seed "$seed" --frames 50
     rm -r "$scene/masks"
     mv "$scene/masks_true" "$scene/masks"
     words+=("$scene")
