@@ -11,6 +11,7 @@
 #include <opencv2/videoio.hpp>
 
 #include "dynfilter/detail/number_text.hpp"
+#include "evaluation/image_lists.hpp"
 #include "io/file_error.hpp"
 #include "io/frame_names.hpp"
 
@@ -23,18 +24,12 @@ constexpr std::size_t camera_frames = 300;  // more let those wait longer who wa
 
 /// Returns why OpenCV cannot read a file, and what to do.
 std::string unreadable(const fs::path& file) {
-  const std::string end = detail::lower_case(file.extension().string());
-  if (end == ".bag" || end == ".db3" || end == ".mcap") {
-    return "is a bag of ROS: write its images as files into rgb/ and depth/, and their times into "
-           "rgb.txt and depth.txt (RealSense's rs-convert writes the images)";
-  }
-  if (end == ".svo" || end == ".svo2") {
-    return "is a recording of ZED: export its images and depth with ZED's SDK into rgb/ and "
-           "depth/, and their times into rgb.txt and depth.txt";
-  }
   if (detail::is_image_name(file)) return "is an image: name its folder";
-  return "OpenCV reads no film from it: name a film such as an .mp4, a camera's number, or a "
-         "folder with images";
+  const std::string advice = detail::advice_for(file);
+  return "OpenCV reads no film from it" +
+         (advice.empty()
+              ? ": name a film such as an .mp4, a camera's number, or a folder with images"
+              : "; it is " + advice);
 }
 
 class Film final : public FrameSource {

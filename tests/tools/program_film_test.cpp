@@ -98,8 +98,9 @@ TEST_F(ProgramFilm, IsRefusedWhereItCannotServe) {
 
 TEST_F(ProgramFilm, OfAnotherKindGetsItsCure) {
   const std::pair<const char*, const char*> files[] = {
-      {"a.bag", "rs-convert"},      {"a.mcap", "rgb.txt"},   {"a.db3", "bag of ROS"},
-      {"a.svo", "ZED's SDK"},       {"a.svo2", "ZED's SDK"}, {"a.mp4", "reads no film from it"},
+      {"a.bag", "save_frames"},      {"a.mcap", "recording of ROS"},
+      {"a.db3", "recording of ROS"}, {"a.svo", "svo_export"},
+      {"a.svo2", "svo_export"},      {"a.mp4", "reads no film from it"},
       {"a1.jpg", "name its folder"}};
   for (const auto& [name, cure] : files) {
     const fs::path file = folder_.write(name, "no film");
