@@ -31,6 +31,7 @@
 
 #include "dynfilter/detail/depth_object.hpp"
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/mask_stage.hpp"
 #include "dynfilter/detail/pixel_scale.hpp"
 #include "dynfilter/detail/sparse_depth_rule.hpp"
 #include "dynfilter/detail/surface_rule.hpp"
@@ -41,16 +42,12 @@
 
 namespace dynfilter {
 
-/// Options of DepthCompensator. Lengths in pixels are for images 640 pixels wide and scale with the
-/// width.
+/// Options of DepthCompensator.
 struct DepthCompensatorOptions {
   /// How far a person's limbs reach before and behind the median depth, metres.
   double half_width_m = 0.55;
-  /// Features this close to a fresh mask and its gap are removed in any case.
-  double mask_margin_px = 1;
   /// Masks older than this, seconds, are stale. Those without a time count as fresh.
   double stale_age_s = 0.02;
-  double motion_px_per_s = 400;  ///< largest speed of objects in the image
   /// Smallest share of the features to keep. Where fewer would be kept, or fewer than 300 (or half
   /// of all, if that is less), the rule is cautious: beyond half of all, it removes only sure ones.
   /// 0: never.
@@ -63,11 +60,11 @@ namespace detail {
 inline DepthRuleFrame depth_rule_frame(const DepthCompensatorOptions& options,
                                        const FilterInput& input) {
   const cv::Size size = input.segmentation.image_size;
-  const double scale = pixel_scale(size), margin_px = options.mask_margin_px * scale;
+  const double scale = pixel_scale(size), margin_px = DepthRuleFrame::mask_margin_px * scale;
   const double age_s = std::abs(input.segmentation.age_s(input.frame.timestamp_s).value_or(0));
   const bool has_image = !input.frame.depth.empty();
   const double half_width_m = options.half_width_m * (has_image ? 1 : SparseDepthRule::width_share);
-  const double moved_px = options.motion_px_per_s * age_s * scale;
+  const double moved_px = DepthRuleFrame::motion_px_per_s * age_s * scale;
   const bool is_stale = age_s > options.stale_age_s;
   return {input.frame,  input.features, input.index, size,      scale,
           half_width_m, margin_px,      moved_px,    has_image, is_stale};
@@ -79,9 +76,10 @@ inline DepthRuleFrame depth_rule_frame(const DepthCompensatorOptions& options,
 /// of this file: the place of the paper's edge compensation (section 3.2). The score is the
 /// detector's confidence times the certainty. Without a depth image, features with depths serve
 /// (FeaturesView::with_depths). Without these, too, and from an instance whose depth or box is not
-/// known, the stage abstains; the statistics say so. Limits: a thing at an object's depth, inside
-/// its box, is removed with it if no smooth way leads from it out of the box; and what a mask that
-/// follows the edges of depth missed is kept if one does, as from a hand on a table.
+/// known, the stage abstains; the statistics say so, and where no earlier stage looked at the masks
+/// (Compensation::no_mask_stage). Limits: a thing at an object's depth, inside its box, is removed
+/// with it if no smooth way leads from it out of the box; and what a mask that follows the edges of
+/// depth missed is kept if one does, as from a hand on a table.
 class DepthCompensator {
  public:
   /// Takes the options. Throws std::invalid_argument for a number outside 0 to 1000000, and for a
@@ -93,9 +91,7 @@ class DepthCompensator {
                            detail::concatenate("a number from 0 to ", most));
     };
     require("half_width_m", options.half_width_m);
-    require("mask_margin_px", options.mask_margin_px);
     require("stale_age_s", options.stale_age_s);
-    require("motion_px_per_s", options.motion_px_per_s);
     require("min_kept_share", options.min_kept_share, 1);
   }
 
@@ -110,6 +106,7 @@ class DepthCompensator {
   /// that has no depth asks those around it.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     validate(input, labels, "DepthCompensator");
+    detail::report_missing_mask_stage(input.index, input.segmentation, labels);
     Scratch& scratch = workspace.get<Scratch>();
     const auto frame = detail::depth_rule_frame(options_, input);
     detail::ObjectFinder finder(frame, scratch.finder);

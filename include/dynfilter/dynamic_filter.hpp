@@ -66,9 +66,9 @@ class Compensator {
 
 /// Options of DynamicFilter, by stage.
 struct DynamicFilterOptions {
-  MaskCullerOptions mask_culler;      ///< for features on masks, paper section 3.1
-  CompensatorOptions compensator;     ///< for features that masks missed, paper section 3.2
-  FeatureFloorOptions feature_floor;  ///< for frames with too few features left
+  MaskCullerOptions mask_culler;   ///< for features on masks, paper section 3.1
+  CompensatorOptions compensator;  ///< for features that masks missed, paper section 3.2
+  std::size_t feature_floor = 0;   ///< features that should be left, see FeatureFloor
 };
 
 #ifdef DYNFILTER_COMPILED
@@ -79,7 +79,7 @@ extern template class Pipeline<MaskCuller, Compensator, FeatureFloor>;
 /// Filter of the paper's section 3. It removes the features on prior dynamic objects (3.1), then
 /// the features that the masks missed (3.2): by the object's depth, CompensationRule::depth, or by
 /// the paper's own rule, CompensationRule::paper. The paper leaves to the host what to do when too
-/// few features are left. With feature_floor.floor set, the filter reports such a frame; the
+/// few features are left. With feature_floor set, the filter reports such a frame; the
 /// default, 0, checks nothing.
 ///
 /// Without a depth image (mono, stereo) the rules use the depths of features, if these have a

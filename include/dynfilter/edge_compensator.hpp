@@ -14,6 +14,7 @@
 
 #include "dynfilter/depth_lbp.hpp"
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/mask_stage.hpp"
 #include "dynfilter/detail/rectangles.hpp"
 #include "dynfilter/feature_sampler.hpp"
 #include "dynfilter/filter_input.hpp"
@@ -24,22 +25,14 @@
 
 namespace dynfilter {
 
-/// Verdict on a feature in the box that has no depth, or no D-LBP code.
-enum class MissingDepth {
-  keep,  ///< a missing value counts as outside the range, so the feature is kept
-  /// A missing value counts as inside the range: beside a person the sensor's shadow has no depth.
-  remove
-};
-
 /// Options of EdgeCompensator.
 struct EdgeCompensatorOptions {
   std::size_t samples = 20;  ///< features of FP_object to estimate the ranges from
   std::uint64_t seed = 0;    ///< seed of the random sample
-  /// Estimator of the depth range: outlier rule, its factor, expansion in metres.
-  RangeEstimatorOptions depth = {OutlierRule::median_absolute_deviation, {}, 0.10};
+  /// Estimator of the depth range: outlier rule, expansion in metres.
+  RangeEstimatorOptions depth = {OutlierRule::median_absolute_deviation, 0.10};
   /// Estimator of the code range, the same; expansion in codes, which go from 0 to 255.
-  RangeEstimatorOptions code = {OutlierRule::median_absolute_deviation, {}, 16.0};
-  MissingDepth missing_depth = MissingDepth::keep;  ///< verdict on features without depth or code
+  RangeEstimatorOptions code = {OutlierRule::median_absolute_deviation, 16.0};
   /// Whether eq. (1) tests codes; false: its range of depth decides alone, as without an image.
   bool uses_codes = true;
 
@@ -58,6 +51,7 @@ struct EdgeCompensatorOptions {
 ///
 ///     depth(p) in [a, b]_depth  and  D-LBP(p) in [a, b]_D-LBP
 ///
+/// A value that is missing lies in no range.
 /// Without a depth image there are no codes. If the features have a column of depths
 /// (FeaturesView::with_depths), the range of depth alone decides then, and the statistics say
 /// Compensation::applied_without_image.
@@ -75,7 +69,6 @@ class EdgeCompensator {
       : sampler_(options.samples, options.seed),
         depth_range_(options.depth),
         code_range_(options.code),
-        passes_without_value_(options.missing_depth == MissingDepth::remove),
         uses_codes_(options.uses_codes) {
     if (options.samples < RangeEstimator::min_samples) {
       detail::throw_misuse("EdgeCompensator", detail::concatenate("samples = ", options.samples),
@@ -95,13 +88,10 @@ class EdgeCompensator {
     validate(input, labels, "EdgeCompensator");
     Scratch& scratch = workspace.get<Scratch>();
     scratch.reserve(labels.size(), sampler_.samples());
-    const bool is_first = !labels.statistics().has_mask_stage && labels.statistics().masked == 0;
+    detail::report_missing_mask_stage(input.index, input.segmentation, labels);
     for (std::size_t k = 0; k < input.segmentation.instances.size(); ++k) {
+      if (!labels.is_dynamic_object(k)) continue;
       Compensation& outcome = labels.statistics().instances[k].compensation;
-      if (!labels.is_dynamic_object(k)) {
-        if (is_first && has_feature(input, k)) outcome = Compensation::no_mask_stage;
-        continue;
-      }
       outcome = estimate_ranges(input, k, labels, scratch);
       if (outcome == Compensation::applied || outcome == Compensation::applied_without_image) {
         compensate(input, k, labels);
@@ -120,16 +110,6 @@ class EdgeCompensator {
       codes.reserve(std::min(features, samples));
     }
   };
-
-  /// Whether a feature lies on the mask of instance k.
-  static bool has_feature(const FilterInput& input, std::size_t k) {
-    const Instance& instance = input.segmentation.instances[k];
-    const cv::Rect masked(instance.mask_origin, instance.mask.size());
-    for (const std::size_t i : input.index.inside(masked)) {
-      if (instance.covers(input.index.pixel(i))) return true;
-    }
-    return false;
-  }
 
   /// Estimates [a, b]_depth and [a, b]_D-LBP of object k from a sample of its masked features.
   Compensation estimate_ranges(const FilterInput& input, std::size_t k, FeatureLabels& labels,
@@ -200,17 +180,16 @@ class EdgeCompensator {
     }
   }
 
-  /// Whether a value lies in an object's range; the option's verdict where it is missing.
+  /// Whether a value is known and lies in an object's range.
   template <class Value>
-  bool fits(const ValueRange& range, const std::optional<Value>& value) const {
-    return value ? range.contains(*value) : passes_without_value_;
+  static bool fits(const ValueRange& range, const std::optional<Value>& value) {
+    return value && range.contains(*value);
   }
 
   FeatureSampler sampler_;
   RangeEstimator depth_range_;
   RangeEstimator code_range_;
   DepthLbp depth_lbp_;
-  bool passes_without_value_;
   bool uses_codes_;
 };
 

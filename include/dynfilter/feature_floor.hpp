@@ -13,13 +13,6 @@
 
 namespace dynfilter {
 
-/// Options of FeatureFloor.
-struct FeatureFloorOptions {
-  /// Features that should be left; ORB-SLAM needs more than 500 to initialise. 0 = no check: no
-  /// frame is starved.
-  std::size_t floor = 0;
-};
-
 /// Suggests how many features to extract so that a frame would keep `floor` of them if the same
 /// share survives: at most four times the present number, or `floor` if there are none.
 inline std::size_t suggested_features(const FrameStatistics& statistics, std::size_t floor) {
@@ -38,20 +31,21 @@ inline std::size_t suggested_features(const FrameStatistics& statistics, std::si
 /// extract next time. The stage changes no label: a host that needs more features extracts more.
 class FeatureFloor {
  public:
-  /// Takes the options.
-  explicit FeatureFloor(const FeatureFloorOptions& options = {}) : options_(options) {}
+  /// Takes the number of features that should be left; ORB-SLAM needs more than 500 to initialise.
+  /// 0 = no check: no frame is starved.
+  explicit FeatureFloor(std::size_t floor = 0) : floor_(floor) {}
 
   /// Runs the stage. Throws std::invalid_argument for labels of another input. O(1).
   void operator()(const FilterInput& input, FeatureLabels& labels) const {
     validate(input, labels, "FeatureFloor");
     FrameStatistics& statistics = labels.statistics();
-    statistics.starved = statistics.kept() < options_.floor;
+    statistics.starved = statistics.kept() < floor_;
     if (!statistics.starved) return;
-    statistics.suggested_features = suggested_features(statistics, options_.floor);
+    statistics.suggested_features = suggested_features(statistics, floor_);
   }
 
  private:
-  FeatureFloorOptions options_;
+  std::size_t floor_;
 };
 
 }  // namespace dynfilter

@@ -11,7 +11,6 @@
 #include <cstddef>
 #include <iterator>
 #include <limits>
-#include <optional>
 #include <vector>
 
 #include "dynfilter/detail/errors.hpp"
@@ -21,21 +20,18 @@ namespace dynfilter {
 
 /// Rule that decides which values of a sample are outliers.
 enum class OutlierRule {
-  /// Values farther from the median than outlier_factor x 1.4826 x the median absolute deviation
-  /// (MAD), an estimate of the standard deviation of normal values. If the MAD is 0, as is common
-  /// with quantised values, 1.2533 x the mean absolute deviation takes its place; if that is 0 too,
-  /// no value is an outlier.
+  /// Values farther from the median than 3 x 1.4826 x the median absolute deviation (MAD), an
+  /// estimate of the standard deviation of normal values. If the MAD is 0, as is common with
+  /// quantised values, 1.2533 x the mean absolute deviation takes its place; if that is 0 too, no
+  /// value is an outlier.
   median_absolute_deviation,
-  /// Values more than outlier_factor x the inter-quartile range outside the quartiles (Tukey's
-  /// fences).
+  /// Values more than 1.5 x the inter-quartile range outside the quartiles (Tukey's fences).
   interquartile_range
 };
 
 /// Options of RangeEstimator.
 struct RangeEstimatorOptions {
   OutlierRule outlier_rule = OutlierRule::median_absolute_deviation;  ///< which values are rejected
-  /// Factor of the rule; not set = the customary one: 3 for MAD, 1.5 for the inter-quartile range.
-  std::optional<double> outlier_factor;
   double expansion = 0.0;  ///< added on both sides, in the unit of the values
 };
 
@@ -47,23 +43,16 @@ class RangeEstimator {
   /// Smallest number of values that give a range: with fewer, an outlier is as likely the object.
   static constexpr std::size_t min_samples = 5;
 
-  /// Takes the options. Throws std::invalid_argument for a factor or expansion that is negative or
-  /// not finite.
-  explicit RangeEstimator(const RangeEstimatorOptions& options = {})
-      : options_(options),
-        factor_(options.outlier_factor.value_or(
-            options.outlier_rule == OutlierRule::interquartile_range ? 1.5 : 3.0)) {
-    const auto require = [](const char* name, double value) {
-      detail::OptionCheck("RangeEstimator")(std::isfinite(value) && value >= 0, name, value,
-                                            "a finite number of at least 0");
-    };
-    require("outlier_factor", factor_);
-    require("expansion", options.expansion);
+  /// Takes the options. Throws std::invalid_argument for an expansion that is negative or not
+  /// finite.
+  explicit RangeEstimator(const RangeEstimatorOptions& options = {}) : options_(options) {
+    const double expansion = options.expansion;
+    detail::OptionCheck("RangeEstimator")(std::isfinite(expansion) && expansion >= 0, "expansion",
+                                          expansion, "a finite number of at least 0");
   }
 
   /// Returns the range of the sampled values. It is empty if there are fewer values than
-  /// min_samples or (with a factor below 1) all are outliers. Throws std::invalid_argument for a
-  /// value that is not finite. O(n log n).
+  /// min_samples. Throws std::invalid_argument for a value that is not finite. O(n log n).
   ValueRange estimate(std::vector<double> values) const { return estimate_in_place(values); }
 
   /// Returns the same range, and sorts the values in place. Allocates nothing.
@@ -88,13 +77,12 @@ class RangeEstimator {
     if (options_.outlier_rule == OutlierRule::interquartile_range) {
       const double lower = quantile(sorted, 0.25);
       const double upper = quantile(sorted, 0.75);
-      const double reach = factor_ * (upper - lower);
+      const double reach = 1.5 * (upper - lower);
       return {lower - reach, upper + reach};
     }
     const double median = quantile(sorted, 0.5);
     const double deviation = standard_deviation(sorted, median);
-    const double reach =
-        deviation > 0 ? factor_ * deviation : std::numeric_limits<double>::infinity();
+    const double reach = deviation > 0 ? 3 * deviation : std::numeric_limits<double>::infinity();
     return {median - reach, median + reach};
   }
 
@@ -137,7 +125,6 @@ class RangeEstimator {
   }
 
   RangeEstimatorOptions options_;
-  double factor_;
 };
 
 }  // namespace dynfilter

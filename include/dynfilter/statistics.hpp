@@ -35,8 +35,8 @@ enum class Compensation : std::uint8_t {
   /// image (mono, stereo); the paper's rule did without D-LBP.
   applied_without_image,
   cautious,  ///< applied, but the least certain features stay: too few would have been left
-  /// EdgeCompensator abstained: features lie on the mask, but no earlier stage, such as MaskCuller,
-  /// removed what lies on masks.
+  /// abstained: features lie on the mask, but no earlier stage, such as MaskCuller, looked at the
+  /// masks
   no_mask_stage
 };
 

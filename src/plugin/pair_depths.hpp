@@ -25,8 +25,7 @@ class PairDepths {
   explicit PairDepths(const PluginSettings& settings)
       : is_on_(settings.filter.compensator.rule != CompensationRule::mask),
         stereo_(settings.min_depth_m),
-        culler_(settings.filter.mask_culler),
-        options_(settings.filter.compensator.depth) {}
+        culler_(settings.filter.mask_culler) {}
 
   /// Replaces the host's depths of the features by those that the pair tells, metres. `right` is
   /// its right image in BGR or grey, and may be empty. `right_x` has the host's columns in it of
@@ -35,7 +34,7 @@ class PairDepths {
             FeaturesView features, const std::vector<float>& right_x, Workspace& workspace,
             std::vector<float>& depths_m) {
     if (!is_on_ || right.empty() || frame.image.empty()) return;
-    stereo_areas(frame, masks, culler_, options_, areas_);
+    stereo_areas(frame, masks, culler_, areas_);
     if (areas_.empty()) return;
     const double product = focal_baseline(features, depths_m, right_x);
     if (!(product > 0)) return;
@@ -68,7 +67,6 @@ class PairDepths {
   bool is_on_;
   StereoDepths stereo_;
   MaskCuller culler_;
-  DepthCompensatorOptions options_;
   cv::Mat left_grey_, right_grey_;
   std::vector<cv::Rect> areas_;
   std::vector<double> products_;

@@ -319,7 +319,7 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   settings.depth_units_per_metre = read_depth_factor(keys);
   settings.orb_features = read_features(keys);
   read_motion(keys, settings);
-  settings.filter.feature_floor.floor = keys.count("floor");
+  settings.filter.feature_floor = keys.count("floor");
   read_recording(keys, settings);
   keys.finish();
   require_one_segmenter(keys, settings);

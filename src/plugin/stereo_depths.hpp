@@ -13,7 +13,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "dynfilter/depth_compensator.hpp"
+#include "dynfilter/detail/depth_object.hpp"
 #include "dynfilter/detail/pixel_scale.hpp"
 #include "dynfilter/detail/rectangles.hpp"
 #include "dynfilter/features.hpp"
@@ -189,12 +189,11 @@ class StereoDepths {
 /// objects, as far as these may have moved and as it looks for other features. Frame and
 /// segmentation must be valid. Overwrites `areas`. O(instances).
 inline void stereo_areas(const FrameView& frame, const Segmentation& segmentation,
-                         const MaskCuller& culler, const DepthCompensatorOptions& options,
-                         std::vector<cv::Rect>& areas) {
+                         const MaskCuller& culler, std::vector<cv::Rect>& areas) {
   const cv::Size size = segmentation.image_size;
   constexpr double votes_px = 70;  // of DepthCompensator, rounded up
   const double age_s = std::abs(segmentation.age_s(frame.timestamp_s).value_or(0));
-  const double moved_px = age_s * options.motion_px_per_s;
+  const double moved_px = age_s * detail::DepthRuleFrame::motion_px_per_s;
   const auto margin = static_cast<std::int64_t>(
       std::min(std::ceil((votes_px + moved_px) * detail::pixel_scale(size)),
                static_cast<double>(size.width + size.height)));

@@ -60,7 +60,7 @@ DynamicFilterOptions filter_options(std::vector<int> dynamic_classes, double mar
   options.mask_culler = culler_options(std::move(dynamic_classes), margin_px, static_mask);
   options.compensator.rule = rule;
   options.compensator.depth.half_width_m = half_width_m;
-  options.feature_floor = {floor};
+  options.feature_floor = floor;
   return options;
 }
 

@@ -21,7 +21,7 @@ void bind_outcomes(py::module_& module) {
       .value("cautious", Compensation::cautious,
              "applied, but the least certain stay: too few would have been left to track")
       .value("no_mask_stage", Compensation::no_mask_stage,
-             "abstained: no earlier stage removed what lies on masks");
+             "abstained: features lie on the mask, but no earlier stage looked at the masks");
   py::enum_<InstanceVerdict>(module, "InstanceVerdict", "Verdict on the motion of an instance.")
       .value("not_judged", InstanceVerdict::not_judged, "no motion evidence, or it abstained")
       .value("undecided", InstanceVerdict::undecided,

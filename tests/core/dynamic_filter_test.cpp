@@ -45,7 +45,7 @@ FilterCase placed_at(const FilterCase& small, cv::Point offset, ByteSource& sour
   FilterCase large = small;
   const cv::Size size(160, 140);
   large.options.mask_culler.static_mask = cv::Mat();
-  large.options.compensator.depth = arbitrary_depth_options(source, size);
+  large.options.compensator.depth = arbitrary_depth_options(source);
   large.segmentation.image_size = size;
   if (!small.frame.depth.empty()) {
     large.frame.depth = cv::Mat::zeros(size, small.frame.depth.type());
@@ -181,9 +181,7 @@ TEST(DynamicFilter, TwoFiltersInOneProcessShareNothing) {
 TEST(DynamicFilter, RefusesBadRuleOptionsByName) {
   using Depth = DepthCompensatorOptions;
   for (const auto& [member, part] :
-       {std::pair(&Depth::mask_margin_px, "DepthCompensator: got mask_margin_px = "),
-        {&Depth::stale_age_s, "DepthCompensator: got stale_age_s = "},
-        {&Depth::motion_px_per_s, "DepthCompensator: got motion_px_per_s = "},
+       {std::pair(&Depth::stale_age_s, "DepthCompensator: got stale_age_s = "),
         {&Depth::half_width_m, "DepthCompensator: got half_width_m = "},
         {&Depth::min_kept_share, "DepthCompensator: got min_kept_share = "}}) {
     for (const double value : {-0.5, static_cast<double>(INFINITY), std::nan("")}) {
@@ -191,13 +189,13 @@ TEST(DynamicFilter, RefusesBadRuleOptionsByName) {
         DynamicFilterOptions options;
         options.compensator.rule = rule;
         options.compensator.depth.*member = value;
-        expect_error<std::invalid_argument>([&] { DynamicFilter{options}; }, part);
+        expect_misuse([&] { DynamicFilter{options}; }, part);
       }
     }
   }
   DynamicFilterOptions paper;
   paper.compensator.paper.samples = 0;
-  expect_error<std::invalid_argument>([&] { DynamicFilter{paper}; }, "samples = 0");
+  expect_misuse([&] { DynamicFilter{paper}; }, "samples = 0");
 }
 
 }  // namespace

@@ -97,27 +97,26 @@ TEST(FeatureLabels, MatchAModelAfterRandomCalls) {
 
 TEST(FeatureLabels, RefuseIndicesAndScoresOutOfRange) {
   FeatureLabels labels(1, with_instances(1));
-  const auto refuses = [](const auto& call, const std::string& part) {
-    expect_error<std::invalid_argument>(call, part);
-  };
-  refuses([&] { labels.suspect(1, 0, 0.5F); }, "feature 1");
-  refuses([&] { labels.suspect(0, 1, 0.5F); }, "FeatureLabels::suspect: got instance 1");
-  refuses([&] { labels.suspect(0, -2, 0.5F); }, "FeatureLabels::suspect: got instance -2");
-  refuses([&] { labels.suspect(0, 0, 1.5F); }, "FeatureLabels::suspect: got score 1.5");
-  refuses([&] { labels.suspect(0, 0, NAN); }, "FeatureLabels::suspect: got score nan");
-  refuses([&] { labels.restore(1, 0.5F); }, "feature 1");
-  refuses([&] { labels.remove(1, -1, Reason::custom, 1); }, "feature 1");
-  refuses([&] { labels.remove(0, -2, Reason::custom, 1); },
-          "FeatureLabels::remove: got instance -2");
-  refuses([&] { labels.remove(0, -1, Reason::custom, NAN); },
-          "FeatureLabels::remove: got score nan");
-  refuses([&] { labels.restore(0, -0.5F); }, "FeatureLabels::restore: got score -0.5");
+  expect_misuse([&] { labels.suspect(1, 0, 0.5F); }, "feature 1");
+  expect_misuse([&] { labels.suspect(0, 1, 0.5F); }, "FeatureLabels::suspect: got instance 1");
+  expect_misuse([&] { labels.suspect(0, -2, 0.5F); }, "FeatureLabels::suspect: got instance -2");
+  expect_misuse([&] { labels.suspect(0, 0, 1.5F); }, "FeatureLabels::suspect: got score 1.5");
+  expect_misuse([&] { labels.suspect(0, 0, NAN); }, "FeatureLabels::suspect: got score nan");
+  expect_misuse([&] { labels.restore(1, 0.5F); }, "feature 1");
+  expect_misuse([&] { labels.remove(1, -1, Reason::custom, 1); }, "feature 1");
+  expect_misuse([&] { labels.remove(0, -2, Reason::custom, 1); },
+                "FeatureLabels::remove: got instance -2");
+  expect_misuse([&] { labels.remove(0, -1, Reason::custom, NAN); },
+                "FeatureLabels::remove: got score nan");
+  expect_misuse([&] { labels.restore(0, -0.5F); }, "FeatureLabels::restore: got score -0.5");
   for (const Reason other :
        {Reason::untouched, Reason::in_mask, Reason::compensated, Reason::moving, Reason::custom}) {
-    refuses([&] { labels.restore(0, 0.5F, other); }, "FeatureLabels::restore: got the reason");
+    expect_misuse([&] { labels.restore(0, 0.5F, other); },
+                  "FeatureLabels::restore: got the reason");
   }
   for (const Reason kept : {Reason::untouched, Reason::restored, Reason::still}) {
-    refuses([&] { labels.remove(0, -1, kept, 0.5F); }, "FeatureLabels::remove: got the reason");
+    expect_misuse([&] { labels.remove(0, -1, kept, 0.5F); },
+                  "FeatureLabels::remove: got the reason");
   }
   EXPECT_EQ(labels[0].score, 0);
 }
@@ -147,7 +146,7 @@ TEST(FeatureLabels, ListsTheDynamicObjects) {
   EXPECT_FALSE(labels.statistics().instances[2].dynamic);
   labels.restore(0);
   EXPECT_FALSE(labels.is_dynamic_object(2));
-  expect_error<std::invalid_argument>([&] { labels.mark_dynamic(3); }, "instance 3");
+  expect_misuse([&] { labels.mark_dynamic(3); }, "instance 3");
 }
 
 // --- Statistics ----------------------------------------------------------------------------------
@@ -160,51 +159,37 @@ FrameStatistics judged() {
   return statistics;
 }
 
-TEST(IsMotionDecided, IfItWasJudgedAndNoObjectIsUndecided) {
+TEST(IsMotionDecided, WithMasksIfItWasJudgedAndNoObjectIsUndecided) {
   EXPECT_TRUE(judged().is_motion_decided());
+  EXPECT_FALSE(FrameStatistics().is_motion_decided());
   FrameStatistics statistics = judged();
   statistics.motion.unsettled_objects = 1;
   EXPECT_FALSE(statistics.is_motion_decided());
-  EXPECT_FALSE(FrameStatistics().is_motion_decided());
-  for (const MotionOutcome outcome :
-       {MotionOutcome::not_run, MotionOutcome::no_image, MotionOutcome::started,
-        MotionOutcome::repeated, MotionOutcome::too_few_tracks, MotionOutcome::pose_not_trusted}) {
-    statistics = judged();
-    statistics.motion.outcome = outcome;
-    EXPECT_FALSE(statistics.is_motion_decided()) << static_cast<int>(outcome);
-  }
-}
-
-/// Without masks, nobody knows whether somebody stands there.
-TEST(IsMotionDecided, OnlyWithMasks) {
-  FrameStatistics statistics = judged();
+  statistics = judged();
   statistics.has_segmentation = false;
-  EXPECT_FALSE(statistics.is_motion_decided());
+  EXPECT_FALSE(statistics.is_motion_decided()) << "nobody knows whether somebody stands there";
+  for (int outcome = 0; outcome < static_cast<int>(MotionOutcome::applied); ++outcome) {
+    statistics = judged();
+    statistics.motion.outcome = static_cast<MotionOutcome>(outcome);
+    EXPECT_FALSE(statistics.is_motion_decided()) << outcome;
+  }
 }
 
 // --- FeatureFloor --------------------------------------------------------------------------------
 
-FeatureLabels floored(std::size_t features, std::size_t removed, std::size_t floor) {
-  Segmentation segmentation;
-  segmentation.image_size = {800, 600};
-  segmentation.instances.resize(1);
-  const std::vector<cv::Point2f> points(features);
-  FeatureLabels labels(features, segmentation);
-  for (std::size_t i = 0; i < removed; ++i) labels.remove(i, 0, Reason::in_mask, 0.9F);
-  FeatureFloor({floor})({FrameView(), segmentation, points}, labels);
-  return labels;
-}
-
 TEST(FeatureFloor, ReportsStarvationAndChangesNoLabel) {
-  const FeatureLabels enough = floored(10, 4, 6);
-  EXPECT_FALSE(enough.statistics().starved);
-  EXPECT_EQ(enough.statistics().suggested_features, 0U);
-  const FeatureLabels starved = floored(10, 6, 5);
-  EXPECT_TRUE(starved.statistics().starved);
-  EXPECT_EQ(starved.statistics().kept(), 4U);
-  EXPECT_EQ(starved.statistics().suggested_features, 13U);  // 5 / 0.4
-  EXPECT_EQ(floored(10, 10, 5).statistics().suggested_features, 40U)
-      << "at most four times as many";
+  const struct {
+    std::size_t removed, floor, suggested;
+  } cases[] = {{4, 6, 0}, {6, 5, 13}, {10, 5, 40}};  // 5 / 0.4; at most four times as many
+  for (const auto& [removed, floor, suggested] : cases) {
+    const Segmentation segmentation = with_instances(1);
+    FeatureLabels labels(10, segmentation);
+    for (std::size_t i = 0; i < removed; ++i) labels.remove(i, 0, Reason::in_mask, 0.9F);
+    FeatureFloor{floor}({FrameView(), segmentation, std::vector<cv::Point2f>(10)}, labels);
+    EXPECT_EQ(labels.statistics().starved, suggested > 0);
+    EXPECT_EQ(labels.statistics().suggested_features, suggested);
+    EXPECT_EQ(labels.statistics().kept(), 10 - removed);
+  }
 }
 
 TEST(FeatureLabels, RemovedOnesSortBeforeKeptOnes) {

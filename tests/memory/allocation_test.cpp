@@ -53,7 +53,7 @@ class FailedAllocation : public ::testing::TestWithParam<CompensationRule> {
   DynamicFilter filter(const FilterCase& input) const {
     DynamicFilterOptions options = input.options;
     options.compensator.rule = GetParam();
-    options.feature_floor.floor = 450;
+    options.feature_floor = 450;
     return DynamicFilter(options);
   }
 };
@@ -325,7 +325,7 @@ TEST(Allocations, StereoDepthsAllocateNothingInSteadyState) {
   Workspace workspace;
   std::vector<cv::Rect> areas;
   const auto find = [&](const FilterCase& input, std::vector<float>& depths_m) {
-    stereo_areas(input.frame, input.segmentation, culler, {}, areas);
+    stereo_areas(input.frame, input.segmentation, culler, areas);
     stereo.find(pair, input.keypoints, areas, depths_m, workspace);
   };
   std::vector<float> depths_m(1000, 0.F);

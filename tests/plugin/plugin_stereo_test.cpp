@@ -149,7 +149,7 @@ struct PairFrame : StereoFrame {
     std::vector<cv::Rect> areas;
     std::vector<float> depths = depths_m;
     Workspace workspace;
-    stereo_areas(view(0), segmentation, MaskCuller(), {}, areas);
+    stereo_areas(view(0), segmentation, MaskCuller(), areas);
     StereoDepths().find({left_grey, right_grey, focal_baseline}, keypoints, areas, depths,
                         workspace);
     for (std::size_t i = 0; i < depths.size(); ++i) {

@@ -193,14 +193,14 @@ TEST(StereoAreas, AreAroundDynamicObjects) {
                      Instance::from_box({400, 100, 80, 300}, 56),
                      Instance::from_box({600, -50, 80, 600}, 0)};
   std::vector<cv::Rect> areas(7);
-  stereo_areas(frame, masks, MaskCuller(), {}, areas);
+  stereo_areas(frame, masks, MaskCuller(), areas);
   ASSERT_EQ(areas.size(), 2U);
   EXPECT_EQ(areas[0], cv::Rect(200 - 70, 100 - 70, 80 + 140, 300 + 140));
   EXPECT_EQ(areas[1], cv::Rect(600 - 70, 0, 110, 480));
   // Late masks: the object may have moved since.
   frame.timestamp_s = 0.1;
   masks.timestamp_s = 0;
-  stereo_areas(frame, masks, MaskCuller(), {}, areas);
+  stereo_areas(frame, masks, MaskCuller(), areas);
   EXPECT_EQ(areas[0].x, 200 - 70 - 40);
 }
 

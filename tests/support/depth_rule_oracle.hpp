@@ -121,7 +121,7 @@ struct DepthRuleOracle {
         if (!find_cluster(z, 0.2, o.m)) return false;
         ++times["by box"];
       }
-      const double moved = options.motion_px_per_s * age * scale;
+      const double moved = 400 * age * scale;
       double growth = std::min({moved, 1.25 * o.box.width, 1.0 * size.width});
       const int reach = px(24) + static_cast<int>(growth);
       const std::vector<int> lefts = gaps(o, -1, reach), rights = gaps(o, 1, reach);
@@ -162,7 +162,7 @@ struct DepthRuleOracle {
       Object o = {k, &instance, instance.box, detail::clip(masked, size)};
       found.compensation = has_image || input.depths_m ? Compensation::too_few_samples
                                                        : Compensation::no_depth_image;
-      o.margin = options.mask_margin_px * scale;
+      o.margin = scale;
       asked = 0;
       if (!measure(o, found)) continue;
       found.compensation = has_image ? Compensation::applied : Compensation::applied_without_image;
@@ -272,7 +272,7 @@ struct DepthRuleOracle {
     const auto certainty = [&](const Object& o, cv::Point pixel, double z) -> double {
       if (owns(o, place_of(o, pixel), z)) return ++times[has_image ? "by depth" : "by column"], 1;
       const bool is_behind = z == 0 || z >= o.m + h;
-      const double margin = is_behind || !has_image ? o.margin : options.mask_margin_px * scale;
+      const double margin = is_behind || !has_image ? o.margin : scale;
       if (near_mask(o, pixel, margin)) return ++times["by margin"], 1;
       if (z > 0 && (!has_image || !is_behind)) return 0;
       if (!has_image && pixels.size() > 10000) return 0;

@@ -22,4 +22,16 @@ void expect_error(Call&& call, const std::string& part) {
   }
 }
 
+/// Expects that the caller is refused.
+template <class Call>
+void expect_misuse(Call&& call, const std::string& part) {
+  expect_error<std::invalid_argument>(call, part);
+}
+
+/// Expects that a file, or another part of the world, is refused.
+template <class Call>
+void expect_failure(Call&& call, const std::string& part) {
+  expect_error<std::runtime_error>(call, part);
+}
+
 }  // namespace dynfilter::testing

@@ -134,7 +134,6 @@ inline RangeEstimatorOptions arbitrary_range_options(ByteSource& source, double 
   RangeEstimatorOptions options;
   options.outlier_rule =
       source.chance(50) ? OutlierRule::interquartile_range : OutlierRule::median_absolute_deviation;
-  options.outlier_factor = source.between(0, 12) / 4.0;
   options.expansion = expansion;
   return options;
 }
@@ -151,7 +150,6 @@ inline DynamicFilterOptions arbitrary_options(ByteSource& source, const cv::Size
   edge.depth = arbitrary_range_options(source, source.between(0, 10) / 20.0);
   edge.code = arbitrary_range_options(source, source.between(0, 64));
   edge.samples = RangeEstimator::min_samples + static_cast<std::size_t>(source.between(0, 24));
-  if (source.chance(30)) edge.missing_depth = MissingDepth::remove;
   edge.uses_codes = edge.seed % 4 != 3;  // draws no byte, which the fuzzer's corpus lacks
   return options;
 }
@@ -184,13 +182,10 @@ inline FilterCase arbitrary_case(ByteSource& source) {
   return arbitrary_case(source, cv::Size(width, length()));
 }
 
-/// Random options of the rule `depth`; the margin never equals the distance of two pixels.
-inline DepthCompensatorOptions arbitrary_depth_options(ByteSource& source, const cv::Size& image) {
+/// Random options of the rule `depth`.
+inline DepthCompensatorOptions arbitrary_depth_options(ByteSource& source) {
   DepthCompensatorOptions options;
-  const double scale = image.width / 640.0;
   options.half_width_m = source.between(1, 90) / 100.0;
-  options.mask_margin_px = (source.between(0, 2) + 0.3) / scale;
-  options.motion_px_per_s = source.between(0, 40) * 10 / scale;
   options.min_kept_share = source.between(0, 4) / 4.0;
   return options;
 }
@@ -202,7 +197,7 @@ inline void draw_rule(ByteSource& source, FilterCase& made, CompensationRule rul
   if (age_s) made.segmentation.timestamp_s = made.frame.timestamp_s - *age_s;
   made.options.compensator.rule = rule;
   if (source.chance(70)) {
-    made.options.compensator.depth = arbitrary_depth_options(source, made.segmentation.image_size);
+    made.options.compensator.depth = arbitrary_depth_options(source);
   }
 }
 
@@ -288,7 +283,7 @@ inline FilterCase arbitrary_case_of_any_size(ByteSource& source) {
   if (source.byte() == 255 || is_large) {
     enlarge(source, made, source.may_be_costly(500) ? cv::Size(4096, 4096) : cv::Size(100, 100));
   }
-  made.options.feature_floor.floor = source.byte();
+  made.options.feature_floor = source.byte();
   const bool is_by_depth = made.options.compensator.rule == CompensationRule::depth;
   // The rule's lengths are pixels of wide images.
   if (is_by_depth && source.byte() % 4 == 3) enlarge(source, made, {700, 40});

@@ -71,7 +71,7 @@ inline std::string check_filter(const FilterCase& input) {
   }
   const FrameStatistics& statistics = labels.statistics();
   if (statistics.has_depth == input.frame.depth.empty()) return "wrong has_depth";
-  const bool is_starved = labels.size() - removed < input.options.feature_floor.floor;
+  const bool is_starved = labels.size() - removed < input.options.feature_floor;
   if (statistics.starved != is_starved) return "wrong starved";
   for (std::size_t k = 0; k < verdict.instances.size(); ++k) {
     if (!same_counts(statistics.instances[k], verdict.instances[k])) {

@@ -82,11 +82,10 @@ inline ValueRange oracle_range(std::vector<double> values, const RangeEstimatorO
   const double median = oracle_quantile(values, 0.5);
   double lower = 0, upper = 0;
   const bool is_tukeys = options.outlier_rule == OutlierRule::interquartile_range;
-  const double factor = options.outlier_factor.value_or(is_tukeys ? 1.5 : 3);
   if (is_tukeys) {
     lower = oracle_quantile(values, 0.25);
     upper = oracle_quantile(values, 0.75);
-    const double reach = factor * (upper - lower);
+    const double reach = 1.5 * (upper - lower);
     lower -= reach;
     upper += reach;
   } else {
@@ -103,7 +102,7 @@ inline ValueRange oracle_range(std::vector<double> values, const RangeEstimatorO
     double scale = 1.4826 * mad;
     if (scale == 0) scale = 1.2533 * sum / static_cast<double>(values.size());
     if (scale == 0) scale = INFINITY;
-    const double reach = std::isinf(scale) ? INFINITY : factor * scale;
+    const double reach = std::isinf(scale) ? INFINITY : 3 * scale;
     lower = median - reach;
     upper = median + reach;
   }
@@ -192,7 +191,6 @@ inline OracleVerdict oracle_filter(const FilterCase& input) {
   std::vector<FeatureLabel>& labels = verdict.labels;
   labels = oracle_cull(input);
   const EdgeCompensatorOptions& options = input.options.compensator.paper;
-  const bool without_value = options.missing_depth == MissingDepth::remove;
   const std::vector<FeatureLabel> culled = labels;
   for (std::size_t k = 0; k < input.segmentation.instances.size(); ++k) {
     const Instance& instance = input.segmentation.instances[k];
@@ -217,10 +215,8 @@ inline OracleVerdict oracle_filter(const FilterCase& input) {
       if (labels[i].removed || !in_box) continue;
       const auto depth = oracle_feature_depth(input, i);
       const auto code = oracle_code(input.frame.depth, pixel);
-      const bool depth_fits =
-          depth ? *depth >= depth_range.lower && *depth <= depth_range.upper : without_value;
-      const bool code_fits =
-          code ? *code >= code_range.lower && *code <= code_range.upper : without_value;
+      const bool depth_fits = depth && *depth >= depth_range.lower && *depth <= depth_range.upper;
+      const bool code_fits = code && *code >= code_range.lower && *code <= code_range.upper;
       if (!depth_fits || (has_codes && !code_fits)) continue;
       statistics.compensated += 1;
       labels[i] = {instance.score, static_cast<int>(k), Reason::compensated, true};

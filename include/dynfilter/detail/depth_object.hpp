@@ -27,6 +27,9 @@ namespace dynfilter::detail {
 /// Frame as rule `depth` sees it: where its depths are, the options in its pixels, and whether its
 /// masks are stale.
 struct DepthRuleFrame {
+  static constexpr double mask_margin_px = 1;     // With more, masks take what is beside them.
+  static constexpr double motion_px_per_s = 400;  // With more, extents of old masks are too large.
+
   const FrameView& view;
   const FeaturesView& features;  // know depths if there is no depth image
   const FrameFeatures& index;

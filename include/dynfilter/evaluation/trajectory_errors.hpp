@@ -174,8 +174,7 @@ inline AbsoluteTrajectoryError absolute_trajectory_error(const Trajectory& estim
 
 /// Options of relative_pose_error.
 struct RelativeErrorOptions {
-  double interval_s = 1.0;  ///< time between the two poses; used if interval_frames is 0
-  /// Number of estimated poses between the two; 1 = frame to frame.
+  /// Number of estimated poses between the two; 1 = frame to frame, 0 = one second.
   std::size_t interval_frames = 0;
   double max_time_difference_s = 0.02;  ///< between an estimated pose and its true one
   double scale = 1.0;                   ///< scale applied to the estimated motion
@@ -188,20 +187,18 @@ struct RelativePoseError {
 };
 
 /// Computes the relative pose error (RPE) as evaluate_rpe.py of the TUM RGB-D benchmark defines it
-/// with `--fixed_delta`: for every estimated pose and the one nearest to `interval_s` later, the
+/// with `--fixed_delta`: for every estimated pose and the one nearest to a second later, the
 /// estimated motion P between them and the true one Q make the error P Q^-1, the length of its
 /// translation and the angle of its rotation. An interval that ends at the last pose is left out,
 /// as in the tool, and one whose true poses are more than max_time_difference_s off (the tool:
 /// twice the median interval of the truth, the same 0.02 s for TUM's data).
 ///
 /// Throws std::runtime_error if fewer than two intervals remain, and std::invalid_argument for an
-/// interval or scale that is not above 0. O(n log n).
+/// scale that is not above 0. O(n log n).
 inline RelativePoseError relative_pose_error(const Trajectory& estimate, const Trajectory& truth,
                                              const RelativeErrorOptions& options = {}) {
   constexpr double degrees = 57.29577951308232;
   constexpr detail::OptionCheck require("relative_pose_error");
-  require(options.interval_frames > 0 || (options.interval_s > 0 && options.interval_s < INFINITY),
-          "interval_s", options.interval_s, "a finite number above 0");
   require(options.scale > 0 && options.scale < INFINITY, "scale", options.scale,
           "a finite number above 0");
   const std::vector<double> estimate_times = detail::times_of(estimate);
@@ -215,10 +212,9 @@ inline RelativePoseError relative_pose_error(const Trajectory& estimate, const T
   RelativePoseError result;
   std::vector<double> translations, rotations;
   for (std::size_t i = 0; i < estimate.size(); ++i) {
-    const std::size_t j =
-        options.interval_frames > 0
-            ? std::min(i + options.interval_frames, estimate.size() - 1)
-            : detail::nearest_index(estimate_times, estimate_times[i] + options.interval_s);
+    const std::size_t j = options.interval_frames > 0
+                              ? std::min(i + options.interval_frames, estimate.size() - 1)
+                              : detail::nearest_index(estimate_times, estimate_times[i] + 1);
     if (j == estimate.size() - 1) continue;
     const TimedPose* from = true_pose(i);
     const TimedPose* to = true_pose(j);
