@@ -55,7 +55,11 @@ const NamedTensor* take(Outputs& outputs, const char* what,
   return fitting[0];
 }
 
-const NamedTensor& need(const NamedTensor* output, const char* what) {
+/// Takes an output that must be there.
+const NamedTensor& need(Outputs& outputs, const char* what,
+                        std::initializer_list<std::string_view> names,
+                        const std::function<bool(const cv::Mat&)>& fits) {
+  const NamedTensor* const output = take(outputs, what, names, fits);
   if (output == nullptr) throw std::runtime_error(std::string("the ") + what + " are missing");
   return *output;
 }
@@ -134,9 +138,8 @@ YolactOutputs bind_yolact(const std::vector<NamedTensor>& outputs) {
     return data.dims == 2 && data.size[1] == 4;
   });
   const NamedTensor& locations =
-      need(take(unbound, "locations [1, N, 4]", {"loc", "bbox", "box"},
-                [](const cv::Mat& data) { return is_table(data) && columns_of(data) == 4; }),
-           "locations [1, N, 4]");
+      need(unbound, "locations [1, N, 4]", {"loc", "bbox", "box"},
+           [](const cv::Mat& data) { return is_table(data) && columns_of(data) == 4; });
   const int rows = rows_of(locations.data);
   const auto is_table_of_rows = [&](const cv::Mat& data) {
     return is_table(data) && rows_of(data) == rows;
@@ -152,17 +155,15 @@ YolactOutputs bind_yolact(const std::vector<NamedTensor>& outputs) {
            });
   };
   const NamedTensor& coefficients =
-      need(take(unbound, "coefficients [1, N, P]", {"mask", "coef"}, fits_a_grid),
-           "coefficients [1, N, P] with prototypes [1, h, w, P] or [1, P, h, w]");
-  const NamedTensor& confidences = need(
-      take(unbound, "confidences [1, N, C+1]", {"conf", "cls", "class", "score"},
-           [&](const cv::Mat& data) { return is_table_of_rows(data) && columns_of(data) >= 2; }),
-      "confidences [1, N, C+1]");
+      need(unbound, "coefficients [1, N, P] with prototypes [1, h, w, P] or [1, P, h, w]",
+           {"mask", "coef"}, fits_a_grid);
+  const NamedTensor& confidences =
+      need(unbound, "confidences [1, N, C+1]", {"conf", "cls", "class", "score"},
+           [&](const cv::Mat& data) { return is_table_of_rows(data) && columns_of(data) >= 2; });
   const int count = columns_of(coefficients.data);
-  const NamedTensor& prototypes =
-      need(take(unbound, "prototypes", {"proto"},
-                [&](const cv::Mat& data) { return is_grid_for(data, count); }),
-           "prototypes");
+  const NamedTensor& prototypes = need(unbound, "prototypes", {"proto"}, [&](const cv::Mat& data) {
+    return is_grid_for(data, count);
+  });
 
   YolactOutputs bound;
   bound.locations = rows_first(locations.data);
@@ -170,12 +171,11 @@ YolactOutputs bind_yolact(const std::vector<NamedTensor>& outputs) {
   bound.coefficients = rows_first(coefficients.data);
   bound.prototypes =
       prototypes.data.size[3] == count ? count_last(prototypes.data) : count_first(prototypes.data);
-  if (priors != nullptr) {
-    bound.priors = rows_first(priors->data);
-    if (bound.priors.rows != rows) {
-      throw std::runtime_error(
-          concatenate("there are ", bound.priors.rows, " priors for ", rows, " locations"));
-    }
+  if (priors == nullptr) return bound;
+  bound.priors = rows_first(priors->data);
+  if (bound.priors.rows != rows) {
+    throw std::runtime_error(
+        concatenate("there are ", bound.priors.rows, " priors for ", rows, " locations"));
   }
   return bound;
 }

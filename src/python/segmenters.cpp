@@ -66,9 +66,7 @@ class LockedPropagator {
   MaskPropagator propagator_;
 };
 
-}  // namespace
-
-void bind_segmenters(py::module_& module) {
+void bind_segmenter(py::module_& module) {
   py::class_<Segmenter, DerivedSegmenter>(
       module, "Segmenter",
       R"(Finds the objects in an image. Derived classes implement do_segment(self, frame);
@@ -86,6 +84,9 @@ differs from the frame in image size, and passes on what do_segment raises.)")
       .def_static(
           "empty_segmentation", &DerivedSegmenter::empty_segmentation_of, py::arg("frame"),
           "Makes a segmentation of this frame without instances: id, time and size are filled in.");
+}
+
+void bind_mask_folder(py::module_& module) {
   py::class_<MaskFolderSegmenter, Segmenter>(
       module, "MaskFolderSegmenter",
       R"(Reads the instances of a frame from a folder of PNG files named by time,
@@ -113,6 +114,9 @@ Raises RuntimeError that names the file, and the line, for what is missing or ma
            "Whether there is a mask for a frame of this time.")
       .def("values", &MaskFolderSegmenter::values,
            "Returns the different values but 0 of masks without a table, of 30 of them.");
+}
+
+void bind_mask_writer(py::module_& module) {
   py::class_<MaskFolderWriter>(
       module, "MaskFolderWriter",
       R"(Writes segmentations as label maps with an instances.csv: the first format that
@@ -139,11 +143,7 @@ Raises RuntimeError that names a file in the way.)")
           "add",
           [](MaskFolderWriter& self, const Segmentation& segmentation,
              const std::optional<std::string>& stem) {
-            if (stem) {
-              self.add(segmentation, *stem);
-            } else {
-              self.add(segmentation);
-            }
+            stem ? self.add(segmentation, *stem) : self.add(segmentation);
           },
           py::arg("segmentation"), py::arg("stem") = py::none(),
           R"(Adds a frame's masks under the name of its image without folder and extension; None: the
@@ -156,6 +156,9 @@ is not the segmentation's time, for a time that was added before, and after fini
            })
       .def("finish", &MaskFolderWriter::finish,
            "Moves the masks into the folder. Raises RuntimeError that names a file in the way.");
+}
+
+void bind_propagator(py::module_& module) {
   py::class_<LockedPropagator>(
       module, "MaskPropagator",
       R"(Moves masks from the frame that they were made from to the current frame. This bridges
@@ -181,6 +184,15 @@ Call it for every frame, in order, also while there are no masks, so that the hi
 The interpreter's lock is released meanwhile.)")
       .def("reset", &LockedPropagator::reset, py::call_guard<Unlocked>(),
            "Forgets everything, like a new propagator.");
+}
+
+}  // namespace
+
+void bind_segmenters(py::module_& module) {
+  bind_segmenter(module);
+  bind_mask_folder(module);
+  bind_mask_writer(module);
+  bind_propagator(module);
 }
 
 }  // namespace dynfilter::python

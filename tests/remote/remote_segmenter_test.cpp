@@ -7,6 +7,7 @@
 
 #include <future>
 
+#include "remote/reply.hpp"
 #include "support/process.hpp"
 #include "support/remote_peer.hpp"
 
@@ -35,26 +36,20 @@ FrameView frame_of(int value, std::uint64_t id = (1ULL << 60U) + 7) {
   return frame;
 }
 
-/// What the peer finds: an instance with the image's first value, and a part of its pixels.
-Instance instance_in(const cv::Mat& image) {
-  Instance instance = Instance::from_box({-1, 2, 9, 4}, image.data[0], 0.5F);
-  instance.mask_origin = {1, 2};
-  cv::extractChannel(image({1, 2, 4, 3}), instance.mask, 0);
-  return instance;
-}
-
+/// Finds an instance with the image's first value, and a part of its pixels.
 Reply answer(const FrameView& frame, std::uint64_t request) {
-  return reply(request, {instance_in(frame.image)});
+  Instance found = Instance::from_box({-1, 2, 9, 4}, frame.image.data[0], 0.5F);
+  found.mask_origin = {1, 2};
+  cv::extractChannel(frame.image({1, 2, 4, 3}), found.mask, 0);
+  return reply(request, {found});
 }
 
+/// Expects an answer of which the same reply would be made.
 void expect_answered(RemoteSegmenter& people, const FrameView& frame) {
   const Segmentation found = people.segment(frame);
   EXPECT_EQ(found.frame_id, frame.id);
   EXPECT_EQ(found.timestamp_s, frame.timestamp_s);
-  const Instance &got = found.instances.at(0), want = instance_in(frame.image);
-  EXPECT_EQ(std::tie(got.class_id, got.score, got.box, got.mask_origin),
-            std::tie(want.class_id, want.score, want.box, want.mask_origin));
-  EXPECT_EQ(cv::norm(got.mask, want.mask, cv::NORM_INF), 0);
+  EXPECT_EQ(reply(1, found.instances), answer(frame, 1));
 }
 
 /// Asks until the frame is answered. Each try gets the right answer or none.
@@ -65,7 +60,7 @@ void expect_answered_at_last(RemoteSegmenter& people, const FrameView& frame) tr
 }
 
 void expect_fails(RemoteSegmenter& people, const FrameView& frame, const std::string& part) {
-  expect_error<std::runtime_error>([&] { people.segment(frame); }, part);
+  expect_failure([&] { people.segment(frame); }, part);
 }
 
 /// Asks until it fails so. On a busy machine, time may be up first.
@@ -113,8 +108,7 @@ TEST_F(RemoteSegmenterTest, RefusesMisuse) {
   const std::string longest = "/" + std::string(106, 'a');
   const std::string addresses[] = {"", "ipc://", "tcp://10.0.0.1:5", "x://y"};
   for (const std::string& address : addresses) {
-    expect_error<std::invalid_argument>([&] { RemoteSegmenter{address}; },
-                                        "'" + address + "'; want");
+    expect_misuse([&] { RemoteSegmenter{address}; }, "'" + address + "'; want");
   }
   EXPECT_THROW(RemoteSegmenter(longest + 'a'), std::invalid_argument);
   RemoteSegmenter people(longest);
@@ -127,7 +121,7 @@ TEST_F(RemoteSegmenterTest, RefusesMisuse) {
   for (const cv::Mat& image :
        {cv::Mat(), cv::Mat(2, 2, CV_16UC1), cv::Mat(8192, 4097, 0, &pixel)}) {
     frame.image = image;
-    expect_error<std::invalid_argument>([&] { people.segment(frame); }, "want CV_8UC1 or CV_8UC3");
+    expect_misuse([&] { people.segment(frame); }, "want CV_8UC1 or CV_8UC3");
   }
 }
 
@@ -234,6 +228,49 @@ TEST_F(RemoteSegmenterTest, AForkedProcessUsesItsOwnConnection) {
     EXPECT_EQ(code, 0);
   }
   expect_answered(*people, frame_of(3));
+}
+
+TEST(RemoteReply, RefusesWhatItMayNotSay) {
+  const std::string begin = R"({"request": 7, "instances": )";
+  std::string many = "[{}";
+  for (int i = 0; i < 1000; ++i) many += ", {}";
+  const std::pair<std::string, std::string> table[] = {
+      {begin + R"([{"score": 1.001}]})", "score of instance 0 1.001; want 0 to 1"},
+      {begin + R"([{}, {"score": -0.1}]})", "score of instance 1 -0.1; want 0 to 1"},
+      {begin + R"([{"score": NaN}]})", "parse error"},
+      {begin + R"([{"score": 1e999}]})", "number overflow"},
+      {begin + R"([{"score": "1"}]})", "must be number"},
+      {begin + R"([{"class_id": 0.5}]})", "class_id of instance 0 0.5; want a whole number"},
+      {begin + R"([{"class_id": 1e18}]})", "class_id of instance 0 1e+18; want"},
+      {begin + R"([{"track_id": null}]})", "must be number"},
+      {begin + R"([{"box": [0, 0, -1, 1]}]})", "box of instance 0 -1; want 0 to"},
+      {begin + R"([{"box": [-1048577, 0, 1, 1]}]})", "box of instance 0"},
+      {begin + R"([{"box": [0, 0, 1, 1048577]}]})", "box of instance 0"},
+      {begin + R"([{"box": [0, 0, 1]}]})", "box of instance 0 of 3 numbers"},
+      {begin + R"([{"box": {"a": 0, "b": 0, "c": 1, "d": 1}}]})", "cannot use at() with object"},
+      {begin + R"([{"mask": [-1, 0, 2, 1]}]})", "2x1 at -1,0; want it in the image of 16x12"},
+      {begin + R"([{"mask": [15, 0, 2, 1]}]})", "want it in the image"},
+      {begin + R"([{"mask": [0, 11, 1, 2]}]})", "want it in the image"},
+      {begin + R"([{"mask": [0, 0, 0, 0]}]})", "want it in the image"},
+      {begin + R"([{"mask": [0, 0, 1048576, 1048576]}]})", "want it in the image"},
+      {begin + R"([{"mask": [0, 0, 4, 1]}]})", "and in 3 bytes"},
+      {begin + R"([{"mask": [0, 0, 2, 1]}]})", "1 bytes after the last mask"},
+      {begin + "[7]}", "cannot use value() with number"},
+      {begin + "{}}", "0 instances; want an array"},
+      {begin + many + "]}", "1001 instances; want an array of at most 1000"},
+      {R"({"request": 8, "instances": []})", "to another request than 7"},
+      {R"({"request": 7, "error": 7})", "must be string"},
+      {R"({"request": 7})", "'instances' not found"},
+      {"[]", "cannot use at() with array"},
+      {"", "parse error"},
+      {std::string((1 << 20) + 1, ' '), "a header of 1048577 bytes"},
+  };
+  for (const auto& [header, part] : table) {
+    SCOPED_TRACE(header.substr(0, 99));
+    const auto read = [text = header] { detail::remote::read_reply(text, "123", 7, {16, 12}); };
+    expect_error<detail::remote::Failure>(read, "malformed reply: ");
+    expect_error<detail::remote::Failure>(read, part);
+  }
 }
 
 }  // namespace
