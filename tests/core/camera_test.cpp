@@ -90,9 +90,8 @@ TEST(Camera, ProjectsItsOwnPoints) {
 TEST(Camera, RefusesNonsense) {
   Camera camera{500, 500, 320, 240};
   camera.k2 = std::numeric_limits<double>::quiet_NaN();
-  expect_error<std::invalid_argument>([&] { validate(camera, "Some"); }, "k2 = nan");
-  expect_error<std::invalid_argument>([] { validate(Camera(), "Some"); },
-                                      "dynfilter::Some: got fx = 0");
+  expect_misuse([&] { validate(camera, "Some"); }, "k2 = nan");
+  expect_misuse([] { validate(Camera(), "Some"); }, "dynfilter::Some: got fx = 0");
 }
 
 }  // namespace

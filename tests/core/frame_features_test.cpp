@@ -68,15 +68,15 @@ TEST(FrameFeatures, InsideMatchesBruteForce) {
 TEST(FrameFeatures, GrownBoundsDoNotOverflow) {
   FrameFeatures features;
   const std::vector<cv::Point2f> points = {{5, 5}, {2147483520.0F, 5}};
-  {
-    features.read(points);
-    const cv::Rect far_right(std::numeric_limits<int>::max(), 0, 10, 10);
-    EXPECT_EQ(sorted(features.inside(detail::bounds_of(far_right, 200))), Indices{1});
-    EXPECT_EQ(sorted(features.inside(detail::bounds_of(far_right, std::int64_t{1} << 40))),
-              (Indices{0, 1}));
-    EXPECT_EQ(sorted(features.inside(detail::bounds_of(cv::Rect(5, 5, 0, 0)))), Indices());
-    EXPECT_EQ(sorted(features.inside(far_right)), Indices());
-  }
+  features.read(points);
+  const cv::Rect far_right(std::numeric_limits<int>::max(), 0, 10, 10);
+  const auto within = [&](std::int64_t margin) {
+    return sorted(features.inside(detail::bounds_of(far_right, margin)));
+  };
+  EXPECT_EQ(within(200), Indices{1});
+  EXPECT_EQ(within(std::int64_t{1} << 40), (Indices{0, 1}));
+  EXPECT_EQ(within(0), Indices());
+  EXPECT_EQ(sorted(features.inside(cv::Rect(5, 5, 0, 0))), Indices());
 }
 
 /// A query in the loop over another one changes neither answer.

@@ -79,9 +79,8 @@ TEST(KeepStatic, ChecksAllLengthsFirst) {
   cv::Mat descriptors = numbered_rows(4);
   const FeatureLabels labels = labels_with(3, {0});
   EXPECT_THROW(keep_static(labels, ids, too_short), std::invalid_argument);
-  expect_error<std::invalid_argument>(
-      [&] { keep_static(labels, ids, descriptors); },
-      "dynfilter::keep_static: got column 1 of length 4; want the number of labels, 3");
+  expect_misuse([&] { keep_static(labels, ids, descriptors); },
+                "dynfilter::keep_static: got column 1 of length 4; want the number of labels, 3");
   EXPECT_EQ(ids, (std::vector<int>{0, 1, 2}));
   EXPECT_EQ(first_column(descriptors), (std::vector<int>{0, 1, 2, 3}));
 }

@@ -158,33 +158,33 @@ TEST(DepthWithHoles, ClearsOnlyTheMaskedPixels) {
 
 TEST(HostMasks, RefuseBadInput) {
   const Segmentation good = segmentation_of({30, 20}, {rectangle({5, 5, 9, 8})});
-  const auto refused = [](const auto& call, const std::string& part) {
-    expect_error<std::invalid_argument>(call, part);
-  };
-  refused([] { mask_of_dynamic_pixels(Segmentation()); }, "mask_of_dynamic_pixels: got a segm");
-  refused([] { mask_of_static_pixels(Segmentation()); }, "image_size 0x0; want the size");
+  expect_misuse([] { mask_of_dynamic_pixels(Segmentation()); },
+                "mask_of_dynamic_pixels: got a segm");
+  expect_misuse([] { mask_of_static_pixels(Segmentation()); }, "image_size 0x0; want the size");
   for (const cv::Size& size : {cv::Size(0, 5), cv::Size(5, 0)}) {
-    refused([&] { mask_of_static_pixels(segmentation_of(size, {})); },
-            "want the size of the image");
+    expect_misuse([&] { mask_of_static_pixels(segmentation_of(size, {})); },
+                  "want the size of the image");
   }
   Segmentation bad = good;
   bad.image_size = {};
-  refused([&] { mask_of_static_pixels(bad); }, "mask_of_static_pixels: got image_size 0x0 and 1");
+  expect_misuse([&] { mask_of_static_pixels(bad); },
+                "mask_of_static_pixels: got image_size 0x0 and 1");
   bad = good;
   bad.instances[0].mask = cv::Mat::ones(8, 9, CV_32FC1);
-  refused([&] { mask_of_dynamic_pixels(bad); }, "a mask of type CV_32FC1");
-  refused([&] { depth_with_holes(cv::Mat::ones(20, 30, CV_32FC1), bad); }, "type CV_32FC1");
+  expect_misuse([&] { mask_of_dynamic_pixels(bad); }, "a mask of type CV_32FC1");
+  expect_misuse([&] { depth_with_holes(cv::Mat::ones(20, 30, CV_32FC1), bad); }, "type CV_32FC1");
   MaskCullerOptions options;
   options.static_mask = cv::Mat::ones(48, 64, CV_8UC1);
   const MaskCuller culler(options);
-  refused([&] { mask_of_dynamic_pixels(good, culler); }, "a static_mask of 64x48 and an image of");
-  refused([&] { depth_with_holes(cv::Mat::ones(20, 30, CV_32FC1), Segmentation(), culler); },
-          "a static_mask of 64x48 and an image of 30x20");
-  refused([&] { depth_with_holes(cv::Mat(), good); }, "an empty depth image");
-  refused([&] { depth_with_holes(cv::Mat::ones(20, 30, CV_8UC1), good); }, "CV_8UC1");
-  refused([&] { depth_with_holes(cv::Mat::ones(20, 30, CV_64FC1), good); }, "CV_64FC1");
-  refused([&] { depth_with_holes(cv::Mat::ones(20, 30, CV_16UC3), good); }, "CV_16UC3");
-  refused([&] { depth_with_holes(cv::Mat::ones(20, 31, CV_16UC1), good); }, "31x20");
+  expect_misuse([&] { mask_of_dynamic_pixels(good, culler); },
+                "a static_mask of 64x48 and an image of");
+  expect_misuse([&] { depth_with_holes(cv::Mat::ones(20, 30, CV_32FC1), Segmentation(), culler); },
+                "a static_mask of 64x48 and an image of 30x20");
+  expect_misuse([&] { depth_with_holes(cv::Mat(), good); }, "an empty depth image");
+  expect_misuse([&] { depth_with_holes(cv::Mat::ones(20, 30, CV_8UC1), good); }, "CV_8UC1");
+  expect_misuse([&] { depth_with_holes(cv::Mat::ones(20, 30, CV_64FC1), good); }, "CV_64FC1");
+  expect_misuse([&] { depth_with_holes(cv::Mat::ones(20, 30, CV_16UC3), good); }, "CV_16UC3");
+  expect_misuse([&] { depth_with_holes(cv::Mat::ones(20, 31, CV_16UC1), good); }, "31x20");
 }
 
 }  // namespace

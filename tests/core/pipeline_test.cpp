@@ -94,7 +94,7 @@ TEST(Pipeline, ValidatesInputThatAStageReplaces) {
   };
   const std::vector<cv::Point2f> points(2);
   const auto apply = [&] { Pipeline(with_other_masks).apply(FrameView(), Segmentation(), points); };
-  expect_error<std::invalid_argument>(apply, "a box of -1x1 in instance 0");
+  expect_misuse(apply, "a box of -1x1 in instance 0");
 }
 
 TEST(Pipeline, RefusesMasksOfAnotherImageSize) {
@@ -109,9 +109,8 @@ TEST(Pipeline, RefusesMasksOfAnotherImageSize) {
     people.image_size = {20, 10};
     EXPECT_NO_THROW(Pipeline(MaskCuller()).apply(FrameView(), people, points));
     people.image_size = {40, 20};
-    expect_error<std::invalid_argument>(
-        [&] { Pipeline(MaskCuller()).apply(FrameView(), people, points); },
-        "a mask of a 20x10 image in instance 0");
+    expect_misuse([&] { Pipeline(MaskCuller()).apply(FrameView(), people, points); },
+                  "a mask of a 20x10 image in instance 0");
   }
 }
 
@@ -122,7 +121,7 @@ TEST(Pipeline, ValidatesLabelsThatTheLastStageReplaces) {
   const std::vector<cv::Point2f> points(2);
   FeatureLabels labels;
   Workspace workspace;
-  expect_error<std::invalid_argument>(
+  expect_misuse(
       [&] {
         Pipeline(with_one_label).apply(FrameView(), Segmentation(), points, labels, workspace);
       },

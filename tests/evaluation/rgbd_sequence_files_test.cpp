@@ -33,13 +33,13 @@ class RgbdSequenceFiles : public ::testing::Test {
   }
 
   void expect_refused(const std::string& message) {
-    expect_error<std::runtime_error>([&] { RgbdSequence{folder_.path()}; }, message);
+    expect_failure([&] { RgbdSequence{folder_.path()}; }, message);
   }
 
   void expect_unreadable(const std::string& message) {
     const RgbdSequence sequence(folder_.path());
     EXPECT_NO_THROW(sequence.read(0));
-    expect_error<std::runtime_error>([&] { sequence.read(1); }, message);
+    expect_failure([&] { sequence.read(1); }, message);
   }
 
   std::string path(const char* file) const { return (folder_ / file).string(); }
@@ -66,9 +66,8 @@ TEST_F(RgbdSequenceFiles, NamesTheLineOfAnImageThatIsNotAFile) {
 
 TEST_F(RgbdSequenceFiles, NamesAnUnreadableFolder) {
   fs::create_symlink(folder_ / "loop", folder_ / "loop");
-  expect_error<std::runtime_error>(
-      [&] { RgbdSequence(folder_ / "loop"); },
-      path("loop") + ": cannot be read: Too many levels of symbolic links");
+  expect_failure([&] { RgbdSequence(folder_ / "loop"); },
+                 path("loop") + ": cannot be read: Too many levels of symbolic links");
 }
 
 TEST_F(RgbdSequenceFiles, NamesTruncatedImages) {
@@ -124,13 +123,13 @@ TEST_F(RgbdSequenceFiles, NamesImagesOfAnotherTypeOrSize) {
 TEST_F(RgbdSequenceFiles, NamesACameraThatDoesNotFit) {
   folder_.write("camera.yaml", camera_yaml + "Camera.width: 6\nCamera.height: 5\n");
   const RgbdSequence sequence(folder_.path());
-  expect_error<std::runtime_error>([&] { sequence.read(0); }, "camera.yaml says 6x5");
+  expect_failure([&] { sequence.read(0); }, "camera.yaml says 6x5");
 }
 
 TEST_F(RgbdSequenceFiles, RefusesAFrameThatIsNotThere) {
   const RgbdSequence sequence(folder_.path());
-  expect_error<std::invalid_argument>([&] { sequence.entry(2); }, "frame 2; want a frame below 2");
-  expect_error<std::invalid_argument>([&] { sequence.read(2); }, "frame 2");
+  expect_misuse([&] { sequence.entry(2); }, "frame 2; want a frame below 2");
+  expect_misuse([&] { sequence.read(2); }, "frame 2");
 }
 
 // --- Offsets of the depth ------------------------------------------------------------------------
@@ -190,20 +189,20 @@ TEST_F(RgbdSequenceOffset, IsReadFromTheCameraFileUnlessGiven) {
 
 TEST_F(RgbdSequenceOffset, RefusesWhatIsOutOfRangeOrOutOfReach) {
   for (const double offset_s : {10.01, -11.0, std::numeric_limits<double>::quiet_NaN()}) {
-    expect_error<std::invalid_argument>([&] { partners(offset_s); }, "depth_offset_s = ");
+    expect_misuse([&] { partners(offset_s); }, "depth_offset_s = ");
   }
-  expect_error<std::runtime_error>([&] { partners(5.0); },
-                                   "no image of associations.txt lie 0.02 s apart or less with a "
-                                   "depth offset of 5 s");
+  expect_failure([&] { partners(5.0); },
+                 "no image of associations.txt lie 0.02 s apart or less with a "
+                 "depth offset of 5 s");
   folder_.write("camera.yaml", camera_yaml + "dynfilter.depth_offset_s: 11\n");
-  expect_error<std::runtime_error>([&] { partners({}); },
-                                   "dynfilter.depth_offset_s: got 11; want a number within ±10");
+  expect_failure([&] { partners({}); },
+                 "dynfilter.depth_offset_s: got 11; want a number within ±10");
   fs::remove(folder_ / "associations.txt");
   fs::remove(folder_ / "depth.txt");
   fs::remove_all(folder_ / "depth");
   fs::remove(folder_ / "camera.yaml");
   EXPECT_FALSE(RgbdSequence(folder_.path()).has_depth());
-  expect_error<std::runtime_error>([&] { partners(0.0); }, "has no depth images");
+  expect_failure([&] { partners(0.0); }, "has no depth images");
 }
 
 }  // namespace

@@ -59,8 +59,8 @@ TEST(RgbdSequence, AssociatesListsWithoutAnAssociationsFile) {
 
   RgbdSequenceOptions options;
   options.max_time_difference_s = 0.005;
-  expect_error<std::runtime_error>([&] { RgbdSequence(folder.path(), options); },
-                                   "no image of rgb.txt and depth.txt lie 0.005 s apart");
+  expect_failure([&] { RgbdSequence(folder.path(), options); },
+                 "no image of rgb.txt and depth.txt lie 0.005 s apart");
 }
 
 TEST(RgbdSequence, ReadsColourWithoutDepth) {
@@ -147,21 +147,17 @@ TEST(RgbdSequence, RefusesMalformedLists) {
     write_images(folder, 2);
     if (c.file == "depth.txt") folder.write("rgb.txt", "1.5 rgb/1.5.png\n");
     const auto path = folder.write(c.file, c.text);
-    expect_error<std::runtime_error>([&] { RgbdSequence{folder.path()}; },
-                                     path.string() + c.message);
+    expect_failure([&] { RgbdSequence{folder.path()}; }, path.string() + c.message);
   }
 }
 
 TEST(RgbdSequence, RefusesFoldersWithoutASequence) {
   const TemporaryFolder folder;
-  expect_error<std::runtime_error>([&] { RgbdSequence(folder / "none"); },
-                                   "none: there is no such folder");
-  expect_error<std::runtime_error>([&] { RgbdSequence{folder.path()}; },
-                                   "neither associations.txt nor rgb.txt");
+  expect_failure([&] { RgbdSequence(folder / "none"); }, "none: there is no such folder");
+  expect_failure([&] { RgbdSequence{folder.path()}; }, "neither associations.txt nor rgb.txt");
   RgbdSequenceOptions options;
   options.max_time_difference_s = -1;
-  expect_error<std::invalid_argument>([&] { RgbdSequence(folder.path(), options); },
-                                      "max_time_difference_s = -1");
+  expect_misuse([&] { RgbdSequence(folder.path(), options); }, "max_time_difference_s = -1");
 }
 
 // --- Recorded sequences --------------------------------------------------------------------------
@@ -262,10 +258,10 @@ TEST(Associate, PicksTheBestPairFirst) {
 
 TEST(Associate, RefusesInvalidTimesAndLimits) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  expect_error<std::invalid_argument>([&] { associate({nan}, {1}, 0.02); }, "finite times");
-  expect_error<std::invalid_argument>([&] { associate({1}, {1.4e18}, 0.02); }, "in seconds");
-  expect_error<std::invalid_argument>([&] { associate({1}, {1}, -1); }, "max_difference_s = -1");
-  expect_error<std::invalid_argument>([&] { associate({1}, {1}, nan); }, "max_difference_s = nan");
+  expect_misuse([&] { associate({nan}, {1}, 0.02); }, "finite times");
+  expect_misuse([&] { associate({1}, {1.4e18}, 0.02); }, "in seconds");
+  expect_misuse([&] { associate({1}, {1}, -1); }, "max_difference_s = -1");
+  expect_misuse([&] { associate({1}, {1}, nan); }, "max_difference_s = nan");
   EXPECT_TRUE(associate({}, {}, 0.02).empty());
 }
 

@@ -154,15 +154,14 @@ TEST(Trajectory, RefusesMalformedRows) {
     SCOPED_TRACE(c.text);
     const TemporaryFolder folder;
     const auto path = folder.write("t.txt", c.text);
-    expect_error<std::runtime_error>([&] { read_trajectory(path); }, path.string() + c.message);
+    expect_failure([&] { read_trajectory(path); }, path.string() + c.message);
   }
 }
 
 TEST(Trajectory, RefusesToWriteInvalidPoses) {
   const TemporaryFolder folder;
   const auto expect_refused = [&](const Trajectory& trajectory, const std::string& part) {
-    expect_error<std::invalid_argument>([&] { write_trajectory(folder / "t.txt", trajectory); },
-                                        part);
+    expect_misuse([&] { write_trajectory(folder / "t.txt", trajectory); }, part);
     EXPECT_FALSE(std::filesystem::exists(folder / "t.txt"));
   };
   Trajectory trajectory(2);
@@ -267,7 +266,7 @@ TEST(TrajectoryFlaws, RefusesAFileWithoutUsableRows) {
   const TemporaryFolder folder;
   const auto expect_refused = [&](const std::string& text, const std::string& message) {
     const auto path = folder.write("t.txt", text);
-    expect_error<std::runtime_error>([&] { read_trajectory_file(path); }, path.string() + message);
+    expect_failure([&] { read_trajectory_file(path); }, path.string() + message);
   };
   expect_refused("", ": holds no usable pose");
   expect_refused("# no row\n\n", ": holds no usable pose");

@@ -6,17 +6,16 @@
 #include "support/scene_images.hpp"
 #include "support/test.hpp"
 
-namespace dynfilter::detail {
+namespace dynfilter::testing {
 namespace {
 
+using namespace detail;
 namespace fs = std::filesystem;
 using Bytes = std::vector<std::uint8_t>;
-using testing::expect_error;
-using testing::TemporaryFolder;
 
 Bytes jpeg(const std::vector<int>& flags) {
   Bytes bytes;
-  cv::imencode(".jpg", testing::texture({61, 43}, 3), bytes, flags);
+  cv::imencode(".jpg", texture({61, 43}, 3), bytes, flags);
   return bytes;
 }
 
@@ -63,9 +62,8 @@ TEST(ImageFile, RefusesATruncatedJpegByName) {
     write(whole.size());
     EXPECT_EQ(read_image(folder / "image.jpg", cv::IMREAD_GRAYSCALE).size(), cv::Size(61, 43));
     write(whole.size() / 3);
-    expect_error<std::runtime_error>(
-        [&] { read_image(folder / "image.jpg", cv::IMREAD_GRAYSCALE); },
-        "image.jpg: cannot be decoded: truncated, or no image");
+    expect_failure([&] { read_image(folder / "image.jpg", cv::IMREAD_GRAYSCALE); },
+                   "image.jpg: cannot be decoded: truncated, or no image");
   }
 }
 
@@ -80,7 +78,7 @@ TEST(ImageFile, RefusesALargeImageByItsHeader) {
     const auto read = [&](cv::Size frame) { return read_image(folder / name, 0, frame).size(); };
     EXPECT_EQ(read({}), cv::Size(6000, 24));
     EXPECT_EQ(read({1500, 6}), cv::Size(6000, 24));
-    expect_error<std::runtime_error>(
+    expect_failure(
         [&] {
           read({1499, 6});
         },
@@ -91,8 +89,8 @@ TEST(ImageFile, RefusesALargeImageByItsHeader) {
   cv::imencode(".png", cv::Mat1b(1, 1, 7), bytes);
   bytes[17] = bytes[21] = 1;  // 65537 pixels wide and high
   folder.write("image.png", std::string(bytes.begin(), bytes.end()));
-  expect_error<std::runtime_error>([&] { read_image(folder / "image.png", 0); },
-                                   "65537x65537 pixels; want at most 2^28");
+  expect_failure([&] { read_image(folder / "image.png", 0); },
+                 "65537x65537 pixels; want at most 2^28");
 }
 
 // --- Images of another size ----------------------------------------------------------------------
@@ -120,7 +118,7 @@ TEST(Fitted, ResizesTheSameShape) {
 
 TEST(Fitted, NamesWhatHasAnotherShape) {
   const auto refuses = [](cv::Size own, cv::Size size, const std::string& part) {
-    testing::expect_error<std::runtime_error>([&] { fit(own, size); }, part);
+    expect_failure([&] { fit(own, size); }, part);
   };
   refuses({640, 384}, {640, 360},
           "mask.png: 640x384 pixels, but the frame has 640x360; use retina");
@@ -132,4 +130,4 @@ TEST(Fitted, NamesWhatHasAnotherShape) {
 }
 
 }  // namespace
-}  // namespace dynfilter::detail
+}  // namespace dynfilter::testing

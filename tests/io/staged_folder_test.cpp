@@ -12,15 +12,11 @@
 #include "support/process.hpp"
 #include "support/test.hpp"
 
-namespace dynfilter::detail {
+namespace dynfilter::testing {
 namespace {
 
+using namespace detail;
 namespace fs = std::filesystem;
-using testing::expect_error;
-using testing::file_text;
-using testing::FileTree;
-using testing::TemporaryFolder;
-using testing::visible_tree;
 
 /// Results of which one file, in a subfolder, has the name of the content.
 FileTree results(const std::string& content) {
@@ -41,9 +37,9 @@ void put(const fs::path& folder, const FileTree& files, bool overwrite = true) {
 }
 
 void expect_refused(const fs::path& folder, const std::string& part, bool overwrite = true) {
-  const FileTree before = testing::file_tree(folder);
-  expect_error<std::runtime_error>([&] { put(folder, results("new"), overwrite); }, part);
-  EXPECT_EQ(testing::file_tree(folder), before);
+  const FileTree before = file_tree(folder);
+  expect_failure([&] { put(folder, results("new"), overwrite); }, part);
+  EXPECT_EQ(file_tree(folder), before);
 }
 
 TEST(StagedFolder, ShowsNothingUntilFinishedAndCleansUp) {
@@ -91,7 +87,7 @@ TEST(StagedFolder, RefusesAFileThatAppearsMeanwhileAndMayBeFinishedLater) {
   write(staged, results("first"));
   folder.write("parts/0", "mine");
   for (int k = 0; k < 2; ++k) {
-    expect_error<std::runtime_error>([&] { staged.commit(); }, "holds parts/0");
+    expect_failure([&] { staged.commit(); }, "holds parts/0");
     EXPECT_EQ(visible_tree(folder.path()), (FileTree{{"parts/0", "mine"}}));
   }
   fs::remove(folder / "parts/0");
@@ -141,9 +137,8 @@ TEST(WriteFile, ReplacesAFileAndKeepsItsPermissions) {
   EXPECT_EQ(file_text(file), "new");
   EXPECT_EQ(fs::status(file).permissions(), own);
   {
-    const testing::FileSizeLimit limit(1);
-    expect_error<std::runtime_error>([&] { write_file(file, "newer"); },
-                                     "file: cannot be written: File too large");
+    const FileSizeLimit limit(1);
+    expect_failure([&] { write_file(file, "newer"); }, "file: cannot be written: File too large");
   }
   EXPECT_EQ(file_text(file), "new");
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 1);
@@ -155,14 +150,14 @@ TEST(WriteFile, RefusesWhatIsNoRegularFile) {
   fs::create_symlink("target", folder / "link");
   fs::create_symlink("made", folder / "dangling");
   ASSERT_EQ(mkfifo((folder / "fifo").c_str(), 0600), 0);
-  const FileTree before = testing::file_tree(folder.path());
+  const FileTree before = file_tree(folder.path());
   for (const fs::path& path : {folder / "link", folder / "dangling", folder / "fifo", folder.path(),
                                fs::path("/dev/null")}) {
     for (const auto write : {write_file, append_to_file}) {
-      expect_error<std::runtime_error>([&] { write(path, "new"); }, path.string() + ": is ");
+      expect_failure([&] { write(path, "new"); }, path.string() + ": is ");
     }
   }
-  EXPECT_EQ(testing::file_tree(folder.path()), before);
+  EXPECT_EQ(file_tree(folder.path()), before);
   for (int k = 0; k < 1000; ++k) {  // the names of parts
     fs::create_symlink("target", folder / (".dynfilter-part-" + std::to_string(getpid()) + '-' +
                                            std::to_string(k)));
@@ -189,36 +184,35 @@ TEST(StagedFolder, FollowsNoLinkAtItsHiddenFolder) {
     } catch (const std::runtime_error& error) {
       EXPECT_NE(std::string(error.what()).find("out: cannot be made: "), std::string::npos);
     }
-    EXPECT_EQ(testing::file_tree(folder / "home"), (FileTree{{"file", "mine"}}));
+    EXPECT_EQ(file_tree(folder / "home"), (FileTree{{"file", "mine"}}));
   }
 }
 
 TEST(StagedFolder, RefusesNamesThatAListCannotHoldAndFoldersThatAreNone) {
   const TemporaryFolder folder;
-  expect_error<std::runtime_error>(
+  expect_failure(
       [&] {
         put(folder / "out", {{"a\nb", ""}});
       },
       "a?b: want a name without control characters");
   folder.write("file", "mine");
-  expect_error<std::runtime_error>([&] { put(folder / "file", results("new")); },
-                                   "file: is no folder");
+  expect_failure([&] { put(folder / "file", results("new")); }, "file: is no folder");
   fs::create_symlink("loop", folder / "loop");
-  expect_error<std::runtime_error>([&] { put(folder / "loop/out", results("new")); },
-                                   "loop/out: cannot be read: Too many levels");
+  expect_failure([&] { put(folder / "loop/out", results("new")); },
+                 "loop/out: cannot be read: Too many levels");
 }
 
 TEST(AppendToFile, AddsAPieceOrNothing) {
   const TemporaryFolder folder;
   append_to_file(folder / "file", "one\n");
   {
-    const testing::FileSizeLimit limit(6);
-    expect_error<std::runtime_error>([&] { append_to_file(folder / "file", "two\n"); },
-                                     "file: cannot be written: File too large");
+    const FileSizeLimit limit(6);
+    expect_failure([&] { append_to_file(folder / "file", "two\n"); },
+                   "file: cannot be written: File too large");
   }
   append_to_file(folder / "file", "three\n");
   EXPECT_EQ(file_text(folder / "file"), "one\nthree\n");
 }
 
 }  // namespace
-}  // namespace dynfilter::detail
+}  // namespace dynfilter::testing

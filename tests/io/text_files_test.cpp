@@ -8,13 +8,14 @@
 #include "io/yaml_file.hpp"
 #include "support/test.hpp"
 
-namespace dynfilter::detail {
+namespace dynfilter::testing {
 namespace {
 
+using namespace detail;
 using Rows = std::vector<std::vector<std::string>>;
 
 Rows rows_of(const std::string& bytes) {
-  const testing::TemporaryFolder folder;
+  const TemporaryFolder folder;
   TableReader table(folder.write("table.txt", bytes));
   Rows rows;
   while (table.next()) {
@@ -54,7 +55,7 @@ TEST(TextTable, CommasWithinCellsDivideNothing) {
 }
 
 TEST(TextTable, CountsLinesWithAnyEnds) {
-  const testing::TemporaryFolder folder;
+  const TemporaryFolder folder;
   TableReader table(folder.write("table.txt", "1\r\r\n3\n\r4"));
   for (const std::size_t line : {1U, 3U, 5U}) {
     ASSERT_TRUE(table.next());
@@ -63,12 +64,12 @@ TEST(TextTable, CountsLinesWithAnyEnds) {
 }
 
 TEST(TextTable, NamesUtf16WithoutItsMark) {
-  testing::expect_error<std::runtime_error>([] { rows_of(std::string("1\0 \0", 4)); },
-                                            "holds zero bytes: UTF-16 without a byte order mark");
+  expect_failure([] { rows_of(std::string("1\0 \0", 4)); },
+                 "holds zero bytes: UTF-16 without a byte order mark");
 }
 
 TEST(TextTable, MessagesAreOneShortLine) {
-  const testing::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const std::string cell = std::string(1000000, 'x') + "\x1B[2J";
   TableReader table(folder.write("table.txt", cell + '\n'));
   ASSERT_TRUE(table.next());
@@ -92,8 +93,6 @@ TEST(FrameNames, LongNamesTakeNoTime) {
 
 // --- YAML ----------------------------------------------------------------------------------------
 
-using testing::expect_error;
-
 class YamlFileTest : public ::testing::Test {
  protected:
   std::filesystem::path write(const std::string& text) const {
@@ -104,7 +103,7 @@ class YamlFileTest : public ::testing::Test {
   }
 
  private:
-  testing::TemporaryFolder folder_;
+  TemporaryFolder folder_;
 };
 
 TEST_F(YamlFileTest, ReadsWhatTheHostReads) {
@@ -163,8 +162,8 @@ TEST_F(YamlFileTest, ErrorsNameFileKeyValueAndExpectation) {
     SCOPED_TRACE(c.value);
     const auto path = with(c.value);
     const YamlFile file(path);
-    expect_error<std::runtime_error>([&] { c.read(file); }, path.string() + ": key: got ");
-    expect_error<std::runtime_error>([&] { c.read(file); }, c.message);
+    expect_failure([&] { c.read(file); }, path.string() + ": key: got ");
+    expect_failure([&] { c.read(file); }, c.message);
   }
 }
 
@@ -179,8 +178,8 @@ TEST_F(YamlFileTest, RefusesFilesThatAreNotYaml) {
   for (const auto& [text, message] : cases) {
     SCOPED_TRACE(text);
     const auto path = write(text);
-    expect_error<std::runtime_error>([&] { YamlFile file(path); }, path.string() + ": ");
-    expect_error<std::runtime_error>([&] { YamlFile file(path); }, message);
+    expect_failure([&] { YamlFile file(path); }, path.string() + ": ");
+    expect_failure([&] { YamlFile file(path); }, message);
   }
 }
 
@@ -191,7 +190,7 @@ TEST_F(YamlFileTest, RefusesDeepNesting) {
     std::string deep = level == "- " ? "\n " : "";
     for (int k = 0; k < 100000; ++k) deep += level;
     const auto path = with(deep + "1");
-    expect_error<std::runtime_error>([&] { YamlFile file(path); }, "may nest more than 1000");
+    expect_failure([&] { YamlFile file(path); }, "may nest more than 1000");
   }
   EXPECT_EQ(YamlFile(with("3\n#" + std::string(2000, '-') + "\nother: 4")).number("key"), 3);
 }
@@ -228,4 +227,4 @@ TEST(FrameTable, HasACellForEachColumnInTheirOrder) {
 }
 
 }  // namespace
-}  // namespace dynfilter::detail
+}  // namespace dynfilter::testing

@@ -11,11 +11,7 @@
 namespace dynfilter {
 namespace {
 
-using detail::assemble_instances;
-using detail::Box;
-using detail::Detection;
-using detail::InputPlacement;
-using detail::MaskRule;
+using namespace detail;
 using testing::random_tensor;
 using testing::tensor;
 
@@ -160,11 +156,6 @@ TEST(MaskAssembly, DropsInstancesWithoutAPixelInTheImage) {
 }
 
 // --- Placement in the network's input ------------------------------------------------------------
-
-using detail::box_in_image;
-using detail::letterbox;
-using detail::PlacedImage;
-using detail::stretch;
 
 const cv::Scalar grey = cv::Scalar::all(114);
 

@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 using testing::black_image;
 using testing::blue;
 using testing::blue_class;
-using testing::expect_error;
+using testing::expect_failure;
+using testing::expect_misuse;
 using testing::frame_of;
 using testing::Models;
 using testing::red;
@@ -141,12 +142,9 @@ TEST_F(NetworkSegmenterTest, KeepsTheImageUnchangedAndAcceptsGrey) {
 
 TEST_F(NetworkSegmenterTest, RefusesFramesWithoutAColorOrGreyImage) {
   NetworkSegmenter network(model("yolo_raw"));
-  expect_error<std::invalid_argument>([&] { network.segment(frame_of(cv::Mat())); },
-                                      "a frame without an image");
-  expect_error<std::invalid_argument>([&] { network.segment(frame_of(cv::Mat(8, 8, CV_8UC4))); },
-                                      "CV_8UC4");
-  expect_error<std::invalid_argument>([&] { network.segment(frame_of(cv::Mat(8, 8, CV_16UC1))); },
-                                      "CV_16UC1");
+  expect_misuse([&] { network.segment(frame_of(cv::Mat())); }, "a frame without an image");
+  expect_misuse([&] { network.segment(frame_of(cv::Mat(8, 8, CV_8UC4))); }, "CV_8UC4");
+  expect_misuse([&] { network.segment(frame_of(cv::Mat(8, 8, CV_16UC1))); }, "CV_16UC1");
 }
 
 // --- Semantic networks ---------------------------------------------------------------------------
@@ -182,8 +180,8 @@ TEST_F(NetworkSegmenterTest, SemanticNetworksWithUnknownClassesCountChannels) {
   options.classes = {2};
   EXPECT_TRUE(segment("semantic_7", two_blocks(), options).instances.empty());
   options.classes = {0};
-  expect_error<std::invalid_argument>([&] { NetworkSegmenter(model("semantic_7"), options); },
-                                      "class 0 in classes; want one that ");
+  expect_misuse([&] { NetworkSegmenter(model("semantic_7"), options); },
+                "class 0 in classes; want one that ");
 }
 
 TEST_F(NetworkSegmenterTest, HalfPrecisionRunsOrNamesTheExportOption) {
@@ -287,12 +285,9 @@ TEST_F(NetworkSegmenterTest, StockModelsRunOrNameTheRemedy) {
       expect_two_blocks(segment(name, two_blocks()));
       continue;
     }
-    expect_error<std::runtime_error>([&] { NetworkSegmenter{model(name)}; },
-                                     std::string(name) + ".onnx: OpenCV");
-    expect_error<std::runtime_error>([&] { NetworkSegmenter{model(name)}; },
-                                     "needs OpenCV 4.7 or newer");
-    expect_error<std::runtime_error>([&] { NetworkSegmenter{model(name)}; },
-                                     "examples/cut_yolo_heads.py");
+    expect_failure([&] { NetworkSegmenter{model(name)}; }, std::string(name) + ".onnx: OpenCV");
+    expect_failure([&] { NetworkSegmenter{model(name)}; }, "needs OpenCV 4.7 or newer");
+    expect_failure([&] { NetworkSegmenter{model(name)}; }, "examples/cut_yolo_heads.py");
   }
 }
 

@@ -10,14 +10,8 @@
 namespace dynfilter {
 namespace {
 
-using detail::bind_yolact;
-using detail::decode_yolact;
-using detail::Detection;
-using detail::DetectionOptions;
-using detail::NamedTensor;
-using detail::rows_first;
-using detail::yolact_priors;
-using testing::expect_error;
+using namespace detail;
+using testing::expect_failure;
 using testing::expect_same;
 using testing::options_of;
 using testing::random_tensor;
@@ -228,7 +222,7 @@ TEST(YolactDecoder, RefusesOtherOutputs) {
   std::mt19937 random(9);
   const Outputs o = random_outputs(random, 30, 6, true);
   const auto refused = [](const std::vector<NamedTensor>& tensors, const char* part) {
-    expect_error<std::runtime_error>([&] { bind_yolact(tensors); }, part);
+    expect_failure([&] { bind_yolact(tensors); }, part);
   };
   refused({}, "locations [1, N, 4] are missing");
   std::vector<NamedTensor> tensors = o.tensors();

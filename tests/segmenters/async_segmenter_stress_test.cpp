@@ -6,9 +6,10 @@
 
 #include "dynfilter/segmenters/async_segmenter.hpp"
 
+#include "segmenters/async_fixture.hpp"
 #include "support/test.hpp"
 
-namespace dynfilter {
+namespace dynfilter::testing {
 namespace {
 
 constexpr std::uint64_t cycles = 3000;
@@ -130,12 +131,6 @@ void expect_consistent(const Host& host, const Trace& trace) {
   }
 }
 
-AsyncSegmenterOptions options_of(HandOver hand_over) {
-  AsyncSegmenterOptions options;
-  options.hand_over = hand_over;
-  return options;
-}
-
 TEST(AsyncSegmenterStress, WaitLosesNoFrameAndKeepsTheOrder) {
   Trace trace;
   Host host(trace, options_of(HandOver::wait));
@@ -223,8 +218,7 @@ TEST(AsyncSegmenterStress, ServesSeveralThreads) {
     std::thread watcher([&] {
       for (std::uint64_t i = 0; !done; ++i) {
         dawdle(8 * hash_of(i));
-        const AsyncSegmenterStatistics now = host.segmenter.statistics();
-        EXPECT_EQ(now.submitted, now.segmented + now.failed + now.replaced + now.pending);
+        expect_sum(host.segmenter.statistics());
         if (i % 64 == 63) host.segmenter.reset();
       }
     });
@@ -243,4 +237,4 @@ TEST(AsyncSegmenterStress, ServesSeveralThreads) {
 }
 
 }  // namespace
-}  // namespace dynfilter
+}  // namespace dynfilter::testing

@@ -26,10 +26,9 @@ TEST(AsyncSegmenter, WaitsForTheMasksOfTheFrame) {
 TEST(AsyncSegmenter, WaitRefusesToOverflowWithUncollectedFrames) {
   Async async(options_of(HandOver::wait));
   for (std::uint64_t id = 1; id <= 8; ++id) async.submit(id);
-  expect_error<std::invalid_argument>([&] { async.submit(9); },
-                                      "frame 9 while 8 frames are not collected");
+  expect_misuse([&] { async.submit(9); }, "frame 9 while 8 frames are not collected");
   EXPECT_EQ(async.segmenter.statistics().submitted, 8U);
-  expect_error<std::invalid_argument>([&] { async.segmenter.collect(9); }, "frame 9");
+  expect_misuse([&] { async.segmenter.collect(9); }, "frame 9");
   async.gate->open_for_good();
   expect_masks_of(async.segmenter.collect(1), 1);
   async.submit(9);
@@ -47,7 +46,7 @@ TEST(AsyncSegmenter, CollectDiscardsEarlierFrames) {
   expect_masks_of(masks.get(), 5);
   expect_masks_of(async.segmenter.collect(5), 5);  // any number of times
   EXPECT_EQ(async.gate->arrivals(), (Ids{1, 5}));
-  expect_error<std::invalid_argument>([&] { async.segmenter.collect(4); }, "frame 4");
+  expect_misuse([&] { async.segmenter.collect(4); }, "frame 4");
   expect_sum(async.segmenter.statistics());
 }
 
@@ -209,7 +208,7 @@ TEST(AsyncSegmenter, IsTheParentsInAChild) {
   async.submit(1);
   expect_masks_of(async.segmenter.collect(1), 1);
   EXPECT_EQ(exit_code_of_child([&] {
-              expect_error<std::runtime_error>([&] { async.submit(2); }, "after fork()");
+              expect_failure([&] { async.submit(2); }, "after fork()");
               { const AsyncSegmenter destroyed = std::move(async.segmenter); }
               return ::testing::Test::HasFailure() ? 1 : 5;
             }),
@@ -297,26 +296,25 @@ TEST(AsyncSegmenter, RefusesAMalformedResultOfTheNetwork) {
   });
   async.gate->open_for_good();
   async.submit(1);
-  expect_error<std::invalid_argument>([&] { async.segmenter.collect(1); }, "image_size 1x1");
+  expect_misuse([&] { async.segmenter.collect(1); }, "image_size 1x1");
 }
 
 TEST(AsyncSegmenter, RefusesMisuse) {
-  expect_error<std::invalid_argument>([] { AsyncSegmenter(nullptr); }, "no segmenter");
+  expect_misuse([] { AsyncSegmenter(nullptr); }, "no segmenter");
   for (const double wrong : {-0.1, std::nan("")}) {
     AsyncSegmenterOptions options;
     options.max_age_s = wrong;
-    expect_error<std::invalid_argument>([&] { Async async(options); }, "max_age_s");
+    expect_misuse([&] { Async async(options); }, "max_age_s");
   }
-  expect_error<std::invalid_argument>([] { Async async(options_of(static_cast<HandOver>(2))); },
-                                      "hand_over = 2");
+  expect_misuse([] { Async async(options_of(static_cast<HandOver>(2))); }, "hand_over = 2");
 
   Async async(options_of(HandOver::wait));
-  expect_error<std::invalid_argument>([&] { async.segmenter.collect(5); }, "frame 5");
+  expect_misuse([&] { async.segmenter.collect(5); }, "frame 5");
   FrameView timeless = numbered_frame(5);
   timeless.timestamp_s = std::nan("");
-  expect_error<std::invalid_argument>([&] { async.segmenter.submit(timeless); }, "timestamp_s");
+  expect_misuse([&] { async.segmenter.submit(timeless); }, "timestamp_s");
   EXPECT_EQ(async.segmenter.statistics().submitted, 0U);
-  expect_error<std::invalid_argument>([&] { async.segmenter.collect(5); }, "frame 5");
+  expect_misuse([&] { async.segmenter.collect(5); }, "frame 5");
 }
 
 }  // namespace

@@ -106,8 +106,7 @@ TEST(MaskCarrier, NeedsDepthAndFreshMasks) {
   flat.depth.release();
   EXPECT_TRUE(carrier.carry(flat, result_of(flat, {})).instances.empty());
   flat.timestamp_s = NAN;
-  expect_error<std::invalid_argument>([&] { carrier.carry(flat, result_of(now, {})); },
-                                      "MaskCarrier");
+  expect_misuse([&] { carrier.carry(flat, result_of(now, {})); }, "MaskCarrier");
 }
 
 /// A network with exact masks misses each rendered person for 1 to 20 frames, and finds them for as

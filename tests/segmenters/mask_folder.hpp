@@ -26,6 +26,18 @@ inline MaskFolderOptions allowing_missing() {
   return options;
 }
 
+/// Expects that a folder cannot be read.
+inline void expect_refused(const std::filesystem::path& folder, const std::string& message,
+                           const MaskFolderOptions& options = {}) {
+  expect_failure([&] { MaskFolderSegmenter(folder, options); }, message);
+}
+
+/// Expects that there are no masks of a time.
+inline void expect_no_masks(MaskFolderSegmenter& people, double time_s,
+                            const std::string& message) {
+  expect_failure([&] { people.segment(frame_at(time_s)); }, message);
+}
+
 inline void write_mask(const TemporaryFolder& folder, const std::string& file,
                        const cv::Mat& mask) {
   std::filesystem::create_directories((folder / file).parent_path());

@@ -61,9 +61,7 @@ TEST(MaskFolderSegmenter, RefusesALabelWithoutARow) {
   write_mask(folder, "1.png", some_labels());
   folder.write("instances.csv", table_header + "1,1,0,0.9,0,0,4,5\n");
   MaskFolderSegmenter people(folder.path());
-  expect_error<std::runtime_error>(
-      [&] { people.segment(frame_at(1)); },
-      (folder / "1.png").string() + ": label 3 has no row in instances.csv");
+  expect_no_masks(people, 1, (folder / "1.png").string() + ": label 3 has no row in instances.csv");
 }
 
 TEST(MaskFolderSegmenter, RefusesMalformedTables) {
@@ -92,8 +90,7 @@ TEST(MaskFolderSegmenter, RefusesMalformedTables) {
     const TemporaryFolder folder;
     write_mask(folder, "1.5.png", some_labels());
     const auto path = folder.write("instances.csv", c.text);
-    expect_error<std::runtime_error>([&] { MaskFolderSegmenter{folder.path()}; },
-                                     path.string() + c.message);
+    expect_refused(folder.path(), path.string() + c.message);
   }
 }
 
@@ -142,16 +139,13 @@ TEST(MaskFolderSegmenter, FindsTheNearestMaskWithinAMillisecond) {
   EXPECT_EQ(pixels_at(1341846434.710785), 2);
   EXPECT_EQ(pixels_at(1341846435.001), 3);
   EXPECT_EQ(pixels_at(1341846434.999), 3);
-  expect_error<std::runtime_error>(
-      [&] { people.segment(frame_at(1341846434.709183)); },
-      (folder / "1341846434.709183.png").string() +
-          ": there is no such mask; the nearest is 1341846434.710184.png");
-  expect_error<std::runtime_error>([&] { people.segment(frame_at(1341846435.001001)); },
-                                   "the nearest is 1341846435.png");
-  expect_error<std::invalid_argument>([&] { people.segment(frame_at(1e18)); }, "want seconds");
+  expect_no_masks(people, 1341846434.709183,
+                  (folder / "1341846434.709183.png").string() +
+                      ": there is no such mask; the nearest is 1341846434.710184.png");
+  expect_no_masks(people, 1341846435.001001, "the nearest is 1341846435.png");
+  expect_misuse([&] { people.segment(frame_at(1e18)); }, "want seconds");
   for (const double seconds : {-1.0, std::numeric_limits<double>::quiet_NaN()}) {
-    expect_error<std::invalid_argument>([&] { MaskFolderSegmenter(folder.path(), {seconds}); },
-                                        "want at least 0");
+    expect_misuse([&] { MaskFolderSegmenter(folder.path(), {seconds}); }, "want at least 0");
   }
 }
 
@@ -230,9 +224,8 @@ TEST(MaskFolderSegmenter, ReadsTheIndicesOfAPalette) {
     EXPECT_EQ(result.instances[1].mask_origin, cv::Point(2, 0));
     EXPECT_EQ(cv::countNonZero(full_mask(result.instances[2], {3, 2})), 2);
     folder.write("1.png", bytes.substr(0, bytes.size() - 12));
-    expect_error<std::runtime_error>(
-        [&] { MaskFolderSegmenter(folder.path()).segment(frame_at(1)); },
-        "1.png: cannot be decoded");
+    expect_failure([&] { MaskFolderSegmenter(folder.path()).segment(frame_at(1)); },
+                   "1.png: cannot be decoded");
   }
 }
 
@@ -243,9 +236,8 @@ TEST(MaskFolderSegmenter, RefusesNumbersForTimes) {
                             {"7.png", "8.png", "6.png"}}) {
     const TemporaryFolder folder;
     for (const char* name : names) write_mask(folder, std::string(name) + ".png", some_labels());
-    expect_error<std::runtime_error>(
-        [&] { MaskFolderSegmenter(folder.path(), allowing_missing()); },
-        "look numbered; want names by the frames' times");
+    expect_refused(folder.path(), "look numbered; want names by the frames' times",
+                   allowing_missing());
   }
 }
 
@@ -253,44 +245,38 @@ TEST(MaskFolderSegmenter, SaysWhatAFolderHoldsInPlaceOfMasks) {
   const TemporaryFolder folder;
   for (const char* name : {"1.jpg", "2.JPG", "3.npy"}) folder.write(name, "");
   fs::create_directory(folder / "person");
-  expect_error<std::runtime_error>([&] { MaskFolderSegmenter(folder.path(), allowing_missing()); },
-                                   "directly in it, but 2 .jpg files and 1 .npy file and 1 folder");
+  expect_refused(folder.path(), "directly in it, but 2 .jpg files and 1 .npy file and 1 folder",
+                 allowing_missing());
 }
 
 TEST(MaskFolderSegmenter, RefusesFoldersWithoutMasks) {
   const TemporaryFolder folder;
-  expect_error<std::runtime_error>([&] { MaskFolderSegmenter(folder / "none"); },
-                                   "none: there is no such folder");
-  expect_error<std::runtime_error>([&] { MaskFolderSegmenter{folder.path()}; },
-                                   folder.path().string() + ": holds no mask; want <time>.png");
+  expect_refused(folder / "none", "none: there is no such folder");
+  expect_refused(folder.path(), folder.path().string() + ": holds no mask; want <time>.png");
   write_mask(folder, "1.5.png", some_labels());
   write_mask(folder, "1.50.png", some_labels());
-  expect_error<std::runtime_error>([&] { MaskFolderSegmenter{folder.path()}; },
-                                   "has the same time as");
+  expect_refused(folder.path(), "has the same time as");
   fs::remove(folder / "1.50.png");
   write_mask(folder, "preview.png", some_labels());
-  expect_error<std::runtime_error>([&] { MaskFolderSegmenter{folder.path()}; },
-                                   (folder / "preview.png").string() + ": the name of a mask");
+  expect_refused(folder.path(), (folder / "preview.png").string() + ": the name of a mask");
 }
 
 TEST(MaskFolderSegmenter, RefusesMasksThatDoNotFit) {
   const TemporaryFolder folder;
   write_mask(folder, "1.png", some_labels());
   MaskFolderSegmenter people(folder.path());
-  expect_error<std::runtime_error>(
+  expect_failure(
       [&] {
         people.segment(frame_at(1, {12, 6}));
       },
       (folder / "1.png").string() + ": 8x6 pixels, but the frame has 12x6");
   write_mask(folder, "1.png", cv::Mat(6, 8, CV_8UC3, cv::Scalar(255, 255, 254)));
-  expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); },
-                                   "1.png: a mask in colours; want one channel");
+  expect_no_masks(people, 1, "1.png: a mask in colours; want one channel");
   const std::string bytes = file_text(folder / "1.png");
   folder.write("1.png", bytes.substr(0, bytes.size() / 2));
-  expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); }, "cannot be decoded");
+  expect_no_masks(people, 1, "cannot be decoded");
   fs::remove(folder / "1.png");
-  expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); },
-                                   "1.png: there is no such file");
+  expect_no_masks(people, 1, "1.png: there is no such file");
 }
 
 TEST(MaskFolderSegmenter, ScalesTheBoxesOfATableWithItsMasks) {
@@ -312,8 +298,7 @@ TEST(MaskFolderSegmenter, RefusesALargeMaskBeforeItIsDecoded) {
   const TemporaryFolder folder;
   write_mask(folder, "1.png", cv::Mat(24576 / 8, 32768 / 8, CV_8UC1, cv::Scalar(1)));
   MaskFolderSegmenter people(folder.path());
-  expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); },
-                                   "1.png: 4096x3072 pixels; want at most 4 times the frame's 8x6");
+  expect_no_masks(people, 1, "1.png: 4096x3072 pixels; want at most 4 times the frame's 8x6");
 }
 
 /// The thread sanitizer sees a reader that writes.

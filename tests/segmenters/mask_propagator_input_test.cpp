@@ -55,8 +55,7 @@ TEST(MaskPropagator, AcceptsMasksAndBoxesAnywhere) {
 
 TEST(MaskPropagator, RefusesOptionsOutOfRange) {
   for (const double wrong : {-1.0, 2e6, std::nan("")}) {
-    expect_error<std::invalid_argument>([&] { MaskPropagator({wrong}); },
-                                        "MaskPropagator: got max_age_s");
+    expect_misuse([&] { MaskPropagator({wrong}); }, "MaskPropagator: got max_age_s");
   }
 }
 
@@ -68,9 +67,8 @@ TEST(MaskPropagator, RefusesBadInputWithoutChange) {
     propagator.propagate(pan.frame(i), result);
     twin.propagate(pan.frame(i), result);
   }
-  const auto refuses = [&](const FrameView& frame, const std::optional<Segmentation>& newest,
-                           const char* text) {
-    expect_error<std::invalid_argument>([&] { propagator.propagate(frame, newest); }, text);
+  const auto refuses = [&](const FrameView& frame, const Segmentation& newest, const char* text) {
+    expect_misuse([&] { propagator.propagate(frame, newest); }, text);
   };
   FrameView bad = pan.frame(3);
   bad.image = cv::Mat(scene_size, CV_16UC1, cv::Scalar(1));
@@ -139,10 +137,9 @@ TEST(ImageSize, ImpossibleSizesAreRefused) {
        {cv::Size(int_max, int_max), cv::Size(int_max, 1), cv::Size(1, int_max),
         cv::Size(1048577, 4), cv::Size(32769, 32768)}) {
     for (const auto& take : consumers) {
-      expect_error<std::invalid_argument>(
-          [&] { take(segmentation_of(size)); },
-          "got image_size " + detail::size_name(size) +
-              "; want sides of 0 to 1048576 pixels and at most 1073741824 pixels in all");
+      expect_misuse([&] { take(segmentation_of(size)); },
+                    "got image_size " + detail::size_name(size) +
+                        "; want sides of 0 to 1048576 pixels and at most 1073741824 pixels in all");
     }
   }
 }

@@ -12,6 +12,8 @@
 namespace dynfilter::testing {
 namespace {
 
+using TrackIds = std::vector<int>;
+
 // --- Motion that is known exactly ----------------------------------------------------------------
 
 TEST(MaskPropagator, MovesByWholePixelsExactly) {
@@ -190,8 +192,6 @@ TEST(MaskPropagator, MasksMayBeAsOldAsTheLimit) {
   EXPECT_FALSE(propagator.propagate(frame_at(4.625), result));
 }
 
-// --- From result to result -----------------------------------------------------------------------
-
 // --- Tracks --------------------------------------------------------------------------------------
 
 TEST(MaskPropagator, BridgesWhatThreeLateResultsMissThenDropsIt) {
@@ -222,34 +222,26 @@ TEST(MaskPropagator, MatchesBoxesOfOneClassByTheirLargestOverlap) {
   const cv::Mat blank(scene_size, CV_8UC1, cv::Scalar(128));
   const auto ids = [&](const std::vector<Instance>& known, const std::vector<Instance>& found) {
     MaskPropagator propagator;
-    propagator.propagate(frame_of(blank, 0), result_of(frame_of(blank, 0), known));
-    std::vector<int> all;
-    const auto moved =
-        propagator.propagate(frame_of(blank, 1), result_of(frame_of(blank, 1), found));
-    for (const Instance& instance : moved->instances) all.push_back(*instance.track_id);
-    return all;
+    track_ids(propagator, blank, 0, known);
+    return track_ids(propagator, blank, 1, found);
   };
   const auto box = [](int x, int width, int class_id = 0) {
     return Instance::from_box({x, 40, width, 40}, class_id);
   };
-  using Ids = std::vector<int>;
-  EXPECT_EQ(ids({box(40, 80)}, {box(40, 20)}), Ids{0}) << "a quarter suffices";
-  EXPECT_EQ(ids({box(40, 80)}, {box(40, 19)}), Ids{1});
-  EXPECT_EQ(ids({box(40, 80)}, {box(40, 80, 1)}), Ids{1}) << "another class";
-  EXPECT_EQ(ids({box(40, 80)}, {box(40, 30), box(40, 60)}), (Ids{1, 0}));
-  EXPECT_EQ(ids({box(40, 40), box(40, 80)}, {box(40, 80)}), Ids{1});
-  EXPECT_EQ(ids({box(40, 80), box(40, 80)}, {box(40, 80), box(40, 80)}), (Ids{0, 1}));
+  EXPECT_EQ(ids({box(40, 80)}, {box(40, 20)}), TrackIds{0}) << "a quarter suffices";
+  EXPECT_EQ(ids({box(40, 80)}, {box(40, 19)}), TrackIds{1});
+  EXPECT_EQ(ids({box(40, 80)}, {box(40, 80, 1)}), TrackIds{1}) << "another class";
+  EXPECT_EQ(ids({box(40, 80)}, {box(40, 30), box(40, 60)}), (TrackIds{1, 0}));
+  EXPECT_EQ(ids({box(40, 40), box(40, 80)}, {box(40, 80)}), TrackIds{1});
+  EXPECT_EQ(ids({box(40, 80), box(40, 80)}, {box(40, 80), box(40, 80)}), (TrackIds{0, 1}));
 }
 
 TEST(MaskPropagator, DropsAtOnceWhatAResultOfTheFrameItselfMisses) {
   const cv::Mat image = texture(scene_size, 1);
   MaskPropagator propagator;
   const Instance object = ring({80, 120}, 40), other = ring({230, 120}, 40);
-  propagator.propagate(frame_of(image, 0), result_of(frame_of(image, 0), {object, other}));
-  const auto left =
-      propagator.propagate(frame_of(image, 1), result_of(frame_of(image, 1), {other}));
-  ASSERT_EQ(left->instances.size(), 1U);
-  EXPECT_EQ(left->instances[0].track_id, 1);
+  track_ids(propagator, image, 0, {object, other});
+  EXPECT_EQ(track_ids(propagator, image, 1, {other}), TrackIds{1});
 }
 
 TEST(MaskPropagator, TrackIdsSurviveCrossingObjects) {
@@ -301,22 +293,15 @@ TEST(MaskPropagator, KeepsTrackIdsOfTheSegmenter) {
   MaskPropagator propagator;
   Instance object = ring({80, 120}, 40), other = ring({230, 120}, 40);
   object.track_id = 7;
-  propagator.propagate(frame_of(image, 0), result_of(frame_of(image, 0), {object}));
+  track_ids(propagator, image, 0, {object});
   // Moves it to where, by the box, another object would match it.
   object.mask_origin.x += 150;
   object.box.x += 150;
   other.mask_origin.x -= 150;
   other.box.x -= 150;
-  const auto moved =
-      propagator.propagate(frame_of(image, 1), result_of(frame_of(image, 1), {other, object}));
-  ASSERT_EQ(moved->instances.size(), 2U);
-  EXPECT_EQ(moved->instances[0].track_id, 8);
-  EXPECT_EQ(moved->instances[1].track_id, 7);
-
+  EXPECT_EQ(track_ids(propagator, image, 1, {other, object}), (TrackIds{8, 7}));
   object.track_id = std::numeric_limits<int>::max();
-  const auto next =
-      propagator.propagate(frame_of(image, 2), result_of(frame_of(image, 2), {object}));
-  EXPECT_EQ(next->instances.at(0).track_id, std::numeric_limits<int>::max());
+  EXPECT_EQ(track_ids(propagator, image, 2, {object}), TrackIds{*object.track_id});
 }
 
 TEST(MaskPropagator, MakesRoomForAnIdThatASegmenterBringsLate) {
@@ -325,15 +310,8 @@ TEST(MaskPropagator, MakesRoomForAnIdThatASegmenterBringsLate) {
   const Instance early = ring({80, 120}, 40);
   Instance late = ring({230, 120}, 40);
   late.track_id = 0;  // as of a tracker that numbers only what it has seen for some frames
-  const auto ids = [&](int frame, const std::vector<Instance>& instances) {
-    std::vector<int> all;
-    const FrameView view = frame_of(image, frame);
-    const auto moved = propagator.propagate(view, result_of(view, instances));
-    for (const Instance& instance : moved->instances) all.push_back(*instance.track_id);
-    return all;
-  };
-  EXPECT_EQ(ids(0, {early}), std::vector<int>({0}));
-  EXPECT_EQ(ids(1, {early, late}), std::vector<int>({1, 0}));
+  EXPECT_EQ(track_ids(propagator, image, 0, {early}), TrackIds{0});
+  EXPECT_EQ(track_ids(propagator, image, 1, {early, late}), (TrackIds{1, 0}));
 }
 
 // --- Restart -------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "dynfilter/segmentation.hpp"
+#include "dynfilter/segmenters/mask_propagator.hpp"
 #include "support/scene_images.hpp"
 #include "support/test.hpp"
 
@@ -22,6 +23,16 @@ inline FrameView frame_of(const cv::Mat& image, int index) {
 inline Segmentation result_of(const FrameView& frame, std::vector<Instance> instances,
                               const cv::Size& image = scene_size) {
   return {frame.id, frame.timestamp_s, image, std::move(instances)};
+}
+
+/// Gives a frame its own result. Returns the track ids that come out.
+inline std::vector<int> track_ids(MaskPropagator& propagator, const cv::Mat& image, int index,
+                                  const std::vector<Instance>& instances) {
+  const FrameView frame = frame_of(image, index);
+  std::vector<int> ids;
+  const auto moved = propagator.propagate(frame, result_of(frame, instances));
+  for (const Instance& instance : moved->instances) ids.push_back(instance.track_id.value());
+  return ids;
 }
 
 /// Disc-shaped mask with a hole, whose non-zero values differ.

@@ -240,10 +240,10 @@ TEST(Odometry, RefusesOtherDescriptorsAndNoImage) {
   const std::vector<cv::KeyPoint> keypoints(3);
   for (const cv::Mat& wrong :
        {cv::Mat(2, 32, CV_8UC1), cv::Mat(3, 64, CV_8UC1), cv::Mat(3, 32, CV_32FC1), cv::Mat()}) {
-    dynfilter::testing::expect_error<std::invalid_argument>(
-        [&] { odometry.track(wall.frame(), keypoints, wrong); }, "32 bytes a feature");
+    dynfilter::testing::expect_misuse([&] { odometry.track(wall.frame(), keypoints, wrong); },
+                                      "32 bytes a feature");
   }
-  dynfilter::testing::expect_error<std::invalid_argument>(
+  dynfilter::testing::expect_misuse(
       [&] { odometry.track(FrameView(), keypoints, cv::Mat(3, 32, CV_8UC1)); }, "want an image");
   EXPECT_TRUE(odometry.trajectory().empty());
 }

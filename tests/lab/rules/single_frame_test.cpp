@@ -82,7 +82,7 @@ TYPED_TEST(Peer, RefusesLabelsOfAnotherLength) {
   const PeerScene scene = person_scene();
   const std::vector<cv::Point2f> features(3);
   FeatureLabels labels(2, scene.segmentation);
-  expect_error<std::invalid_argument>(
+  expect_misuse(
       [&] {
         TypeParam()({scene.frame, scene.segmentation, features}, labels);
       },

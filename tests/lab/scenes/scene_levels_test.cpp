@@ -19,8 +19,8 @@ TEST(SceneLevels, HaveNamesAndUsualSizes) {
     EXPECT_EQ(options.frames, 300);
     EXPECT_EQ(options.image_size, cv::Size(640, 480));
   }
-  expect_error<std::invalid_argument>([] { scene_level("meduim"); },
-                                      "got \"meduim\"; want one of static, cross, together");
+  expect_misuse([] { scene_level("meduim"); },
+                "got \"meduim\"; want one of static, cross, together");
 }
 
 // We compare rules on these levels, so they must not change unnoticed. Other machines may contract

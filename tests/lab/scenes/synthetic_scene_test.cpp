@@ -150,8 +150,8 @@ TEST(SyntheticScene, RefusesOptionsOutOfRangeByName) {
       {"persons = 9", [](Options& o) { o.persons = 9; }},
   };
   for (const Case& one : cases) {
-    expect_error<std::invalid_argument>([&] { const SyntheticScene scene(small(one.spoil)); },
-                                        std::string("SyntheticScene: got ") + one.named);
+    expect_misuse([&] { const SyntheticScene scene(small(one.spoil)); },
+                  std::string("SyntheticScene: got ") + one.named);
   }
 }
 
