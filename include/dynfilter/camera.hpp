@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_CAMERA_HPP
-#define DYNFILTER_CAMERA_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -144,5 +143,3 @@ inline std::optional<cv::Point2d> Camera::undistort(cv::Point2d raw) const {
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_CAMERA_HPP

@@ -4,8 +4,7 @@
 // Not part of the umbrella header: its kernels name instruction sets, which take as long to compile
 // as everything else together.
 
-#ifndef DYNFILTER_DENSE_DEPTH_LBP_HPP
-#define DYNFILTER_DENSE_DEPTH_LBP_HPP
+#pragma once
 
 #include <algorithm>
 #include <cstdint>
@@ -60,5 +59,3 @@ inline cv::Mat dense_depth_lbp(const cv::Mat& depth) {
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_DENSE_DEPTH_LBP_HPP

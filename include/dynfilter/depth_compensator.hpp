@@ -21,8 +21,7 @@
 /// Without a depth image, features' depths serve in 1, there is no 2 and 4, and SparseDepthRule in
 /// detail/sparse_depth_rule.hpp takes 5. `refined`, in mask_refiner.hpp, takes 1 to 5 for pixels.
 
-#ifndef DYNFILTER_DEPTH_COMPENSATOR_HPP
-#define DYNFILTER_DEPTH_COMPENSATOR_HPP
+#pragma once
 
 #include <cmath>
 #include <cstddef>
@@ -212,5 +211,3 @@ class DepthCompensator {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_DEPTH_COMPENSATOR_HPP

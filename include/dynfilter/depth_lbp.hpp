@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DEPTH_LBP_HPP
-#define DYNFILTER_DEPTH_LBP_HPP
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -60,5 +59,3 @@ class DepthLbp {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_DEPTH_LBP_HPP

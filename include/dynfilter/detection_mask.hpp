@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DETECTION_MASK_HPP
-#define DYNFILTER_DETECTION_MASK_HPP
+#pragma once
 
 #include <utility>
 
@@ -39,5 +38,3 @@ class DetectionMask {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_DETECTION_MASK_HPP

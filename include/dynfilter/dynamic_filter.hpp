@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DYNAMIC_FILTER_HPP
-#define DYNFILTER_DYNAMIC_FILTER_HPP
+#pragma once
 
 #include "dynfilter/depth_compensator.hpp"
 #include "dynfilter/edge_compensator.hpp"
@@ -96,5 +95,3 @@ class DynamicFilter : public Pipeline<MaskCuller, Compensator, FeatureFloor> {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_DYNAMIC_FILTER_HPP

@@ -4,8 +4,7 @@
 /// @file
 /// Includes the whole core: everything that needs no file, no network and no thread.
 
-#ifndef DYNFILTER_DYNFILTER_HPP
-#define DYNFILTER_DYNFILTER_HPP
+#pragma once
 
 #include "dynfilter/camera.hpp"
 #include "dynfilter/depth_compensator.hpp"
@@ -39,5 +38,3 @@
 
 /// Keeps the features of moving objects out of visual SLAM.
 namespace dynfilter {}
-
-#endif  // DYNFILTER_DYNFILTER_HPP

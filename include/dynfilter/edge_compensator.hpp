@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_EDGE_COMPENSATOR_HPP
-#define DYNFILTER_EDGE_COMPENSATOR_HPP
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -194,5 +193,3 @@ class EdgeCompensator {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_EDGE_COMPENSATOR_HPP

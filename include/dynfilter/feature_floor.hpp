@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_FEATURE_FLOOR_HPP
-#define DYNFILTER_FEATURE_FLOOR_HPP
+#pragma once
 
 #include <cmath>
 #include <cstddef>
@@ -49,5 +48,3 @@ class FeatureFloor {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_FEATURE_FLOOR_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_FEATURE_SAMPLER_HPP
-#define DYNFILTER_FEATURE_SAMPLER_HPP
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -70,5 +69,3 @@ class FeatureSampler {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_FEATURE_SAMPLER_HPP

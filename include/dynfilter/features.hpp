@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_FEATURES_HPP
-#define DYNFILTER_FEATURES_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -137,5 +136,3 @@ class FeaturesView {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_FEATURES_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_FILTER_INPUT_HPP
-#define DYNFILTER_FILTER_INPUT_HPP
+#pragma once
 
 #include <cstddef>
 #include <memory>
@@ -85,5 +84,3 @@ inline void validate(const FilterInput& input, const FeatureLabels& labels, cons
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_FILTER_INPUT_HPP

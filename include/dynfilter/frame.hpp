@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_FRAME_HPP
-#define DYNFILTER_FRAME_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -89,5 +88,3 @@ inline void validate(const FrameView& frame, const char* component) {
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_FRAME_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_FRAME_FEATURES_HPP
-#define DYNFILTER_FRAME_FEATURES_HPP
+#pragma once
 
 #include <algorithm>
 #include <array>
@@ -110,5 +109,3 @@ class FrameFeatures {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_FRAME_FEATURES_HPP

@@ -21,8 +21,7 @@
 /// the host also lets its features be filtered, do that as well. examples/other_hosts/ shows where
 /// the lines go in each host.
 
-#ifndef DYNFILTER_HOST_MASKS_HPP
-#define DYNFILTER_HOST_MASKS_HPP
+#pragma once
 
 #include <algorithm>
 #include <cstdint>
@@ -137,5 +136,3 @@ inline cv::Mat depth_with_holes(const cv::Mat& depth, const Segmentation& segmen
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_HOST_MASKS_HPP

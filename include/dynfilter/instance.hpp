@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_INSTANCE_HPP
-#define DYNFILTER_INSTANCE_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -269,5 +268,3 @@ inline std::vector<Instance> instances_from_binary_mask(const cv::Mat& mask, int
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_INSTANCE_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_KEEP_ENOUGH_HPP
-#define DYNFILTER_KEEP_ENOUGH_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -48,5 +47,3 @@ bool keep_enough(std::vector<PlannedRemoval>& removals, std::size_t features, st
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_KEEP_ENOUGH_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_KEEP_STATIC_HPP
-#define DYNFILTER_KEEP_STATIC_HPP
+#pragma once
 
 #include <cstddef>
 
@@ -51,5 +50,3 @@ std::size_t keep_static(const FeatureLabels& labels, Columns&... columns) {
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_KEEP_STATIC_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_LABELS_HPP
-#define DYNFILTER_LABELS_HPP
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -227,5 +226,3 @@ class FeatureLabels {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_LABELS_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_MASK_CULLER_HPP
-#define DYNFILTER_MASK_CULLER_HPP
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -143,5 +142,3 @@ class MaskCuller {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_MASK_CULLER_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_MASK_REFINER_HPP
-#define DYNFILTER_MASK_REFINER_HPP
+#pragma once
 
 #include <cstdint>
 #include <cstdlib>
@@ -80,5 +79,3 @@ inline Segmentation refined(const FrameView& view, const Segmentation& segmentat
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_MASK_REFINER_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_OVERLAY_HPP
-#define DYNFILTER_OVERLAY_HPP
+#pragma once
 
 #include <opencv2/core.hpp>
 
@@ -28,5 +27,3 @@ cv::Mat draw_overlay(const cv::Mat& image, const Segmentation& segmentation, Fea
 cv::Mat draw_features(const cv::Mat& image, FeaturesView features);
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_OVERLAY_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_PIPELINE_HPP
-#define DYNFILTER_PIPELINE_HPP
+#pragma once
 
 #include <tuple>
 #include <utility>
@@ -71,5 +70,3 @@ void Pipeline<Stages...>::apply(const FrameView& frame, SegmentationView segment
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_PIPELINE_HPP

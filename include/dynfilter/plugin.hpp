@@ -4,8 +4,7 @@
 // Filter for ORB-SLAM and its forks. C++11 without Eigen, so that it compiles with the forks'
 // own flags.
 
-#ifndef DYNFILTER_PLUGIN_HPP
-#define DYNFILTER_PLUGIN_HPP
+#pragma once
 
 #include <cstddef>
 #include <memory>
@@ -149,5 +148,3 @@ class DYNFILTER_PLUGIN_API Plugin {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_PLUGIN_HPP

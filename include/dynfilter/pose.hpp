@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_POSE_HPP
-#define DYNFILTER_POSE_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -31,5 +30,3 @@ struct Pose {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_POSE_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_RANGE_ESTIMATOR_HPP
-#define DYNFILTER_RANGE_ESTIMATOR_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -128,5 +127,3 @@ class RangeEstimator {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_RANGE_ESTIMATOR_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SEGMENTATION_HPP
-#define DYNFILTER_SEGMENTATION_HPP
+#pragma once
 
 #include <cmath>
 #include <cstdint>
@@ -124,5 +123,3 @@ inline void validate(const Segmentation& segmentation, const char* component) {
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_SEGMENTATION_HPP

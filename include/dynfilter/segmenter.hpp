@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SEGMENTER_HPP
-#define DYNFILTER_SEGMENTER_HPP
+#pragma once
 
 #include <functional>
 #include <utility>
@@ -95,5 +94,3 @@ class CallbackSegmenter final : public Segmenter {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_SEGMENTER_HPP

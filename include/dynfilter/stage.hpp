@@ -4,8 +4,7 @@
 // Helper that calls a stage. Pipeline uses it; so does code that wraps a stage, to time it for
 // example.
 
-#ifndef DYNFILTER_STAGE_HPP
-#define DYNFILTER_STAGE_HPP
+#pragma once
 
 #include <type_traits>
 
@@ -33,5 +32,3 @@ void run_stage(const Stage& stage, const FilterInput& input, FeatureLabels& labe
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_STAGE_HPP

@@ -3,8 +3,7 @@
 
 // Statistics of one frame. C++11, because hosts that compile as C++11 include this header too.
 
-#ifndef DYNFILTER_STATISTICS_HPP
-#define DYNFILTER_STATISTICS_HPP
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -149,5 +148,3 @@ struct FrameStatistics {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_STATISTICS_HPP

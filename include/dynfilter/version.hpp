@@ -4,8 +4,7 @@
 /// @file
 /// Version of the library, stated only here; CMakeLists.txt reads it.
 
-#ifndef DYNFILTER_VERSION_HPP
-#define DYNFILTER_VERSION_HPP
+#pragma once
 
 /// @{
 /// Part of the version, major.minor.patch.
@@ -16,5 +15,3 @@
 
 /// The whole version as text.
 #define DYNFILTER_VERSION_STRING "0.3.0"
-
-#endif  // DYNFILTER_VERSION_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_WORKSPACE_HPP
-#define DYNFILTER_WORKSPACE_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -56,5 +55,3 @@ class Workspace {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_WORKSPACE_HPP

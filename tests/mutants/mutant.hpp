@@ -4,8 +4,7 @@
 // Included before every file of a build of mutants: tells which one is switched on, and writes down
 // which are reached.
 
-#ifndef DYNFILTER_TESTS_MUTANTS_MUTANT_HPP
-#define DYNFILTER_TESTS_MUTANTS_MUTANT_HPP
+#pragma once
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -51,5 +50,3 @@ template <class Value>
 const Value& dynfilter_mutant_max(int number, const Value& a, const Value& b) {
   return dynfilter_mutant(number) ? std::min(a, b) : std::max(a, b);
 }
-
-#endif  // DYNFILTER_TESTS_MUTANTS_MUTANT_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DETAIL_BEST_PAIRS_HPP
-#define DYNFILTER_DETAIL_BEST_PAIRS_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -48,5 +47,3 @@ class BestPairs {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_BEST_PAIRS_HPP

@@ -3,8 +3,7 @@
 
 // Steps of keep_static for one column, a std::vector or a cv::Mat: checks, moves, shortening.
 
-#ifndef DYNFILTER_DETAIL_COLUMNS_HPP
-#define DYNFILTER_DETAIL_COLUMNS_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -107,5 +106,3 @@ inline void shorten(cv::Mat& column, std::size_t kept) {
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_COLUMNS_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DETAIL_DEPTH_LBP_POINT_HPP
-#define DYNFILTER_DETAIL_DEPTH_LBP_POINT_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -95,5 +94,3 @@ void depth_lbp_codes(const cv::Mat& depth, FeaturesView features,
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_DEPTH_LBP_POINT_HPP

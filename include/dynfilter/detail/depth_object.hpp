@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DETAIL_DEPTH_OBJECT_HPP
-#define DYNFILTER_DETAIL_DEPTH_OBJECT_HPP
+#pragma once
 
 #include <algorithm>
 #include <array>
@@ -311,5 +310,3 @@ class ObjectFinder {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_DEPTH_OBJECT_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DETAIL_ERRORS_HPP
-#define DYNFILTER_DETAIL_ERRORS_HPP
+#pragma once
 
 #include <locale>
 #include <sstream>
@@ -72,5 +71,3 @@ inline bool has_size(const cv::Mat& matrix, const cv::Size& size) {
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_ERRORS_HPP

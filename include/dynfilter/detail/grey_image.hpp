@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DETAIL_GREY_IMAGE_HPP
-#define DYNFILTER_DETAIL_GREY_IMAGE_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -18,5 +17,3 @@ inline cv::Mat grey_of(const cv::Mat& image, cv::Mat& memory) {
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_GREY_IMAGE_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DETAIL_MASK_DISTANCE_HPP
-#define DYNFILTER_DETAIL_MASK_DISTANCE_HPP
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -69,5 +68,3 @@ inline bool mask_within(const Instance& instance, cv::Point pixel, double radius
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_MASK_DISTANCE_HPP

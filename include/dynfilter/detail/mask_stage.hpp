@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DETAIL_MASK_STAGE_HPP
-#define DYNFILTER_DETAIL_MASK_STAGE_HPP
+#pragma once
 
 #include <cstddef>
 
@@ -33,5 +32,3 @@ inline void report_missing_mask_stage(const FrameFeatures& index, const Segmenta
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_MASK_STAGE_HPP

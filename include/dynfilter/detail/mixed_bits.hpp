@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DETAIL_MIXED_BITS_HPP
-#define DYNFILTER_DETAIL_MIXED_BITS_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -21,5 +20,3 @@ inline std::uint64_t mixed_bits(std::uint64_t bits) {
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_MIXED_BITS_HPP

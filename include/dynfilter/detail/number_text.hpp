@@ -4,8 +4,7 @@
 // Conversion between numbers and text, independent of the process's locale: a decimal comma in the
 // host's program must not change files. (std::from_chars for double needs g++ 11.)
 
-#ifndef DYNFILTER_DETAIL_NUMBER_TEXT_HPP
-#define DYNFILTER_DETAIL_NUMBER_TEXT_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -50,5 +49,3 @@ inline std::int64_t microseconds(double time_s) { return std::llround(time_s * 1
 inline std::string time_text(double time_s) { return fixed_decimals(time_s, 6); }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_NUMBER_TEXT_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DETAIL_PIXEL_SCALE_HPP
-#define DYNFILTER_DETAIL_PIXEL_SCALE_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -14,5 +13,3 @@ namespace dynfilter::detail {
 inline double pixel_scale(const cv::Size& size) { return size.width / 640.0; }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_PIXEL_SCALE_HPP

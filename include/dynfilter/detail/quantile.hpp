@@ -3,8 +3,7 @@
 
 // Quantiles of measured values.
 
-#ifndef DYNFILTER_DETAIL_QUANTILE_HPP
-#define DYNFILTER_DETAIL_QUANTILE_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -38,5 +37,3 @@ inline double median_of(std::vector<double> values) {
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_QUANTILE_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DETAIL_RECTANGLES_HPP
-#define DYNFILTER_DETAIL_RECTANGLES_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -84,5 +83,3 @@ inline cv::Point wrapping_difference(cv::Point a, cv::Point b) {
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_RECTANGLES_HPP

@@ -7,8 +7,7 @@
 // new enough and adds no flag. The include that cannot be found ends the compilation, so that this
 // one message is not buried under hundreds of others.
 
-#ifndef DYNFILTER_DETAIL_REQUIRE_CXX17_HPP
-#define DYNFILTER_DETAIL_REQUIRE_CXX17_HPP
+#pragma once
 
 #if defined(_MSVC_LANG)
 #define DYNFILTER_CPLUSPLUS _MSVC_LANG
@@ -27,5 +26,3 @@
 #if defined(__SIZEOF_POINTER__) && __SIZEOF_POINTER__ < 8 && !defined(DYNFILTER_ALLOW_32_BIT)
 #error "dynfilter is not tested on 32-bit systems; -DDYNFILTER_ALLOW_32_BIT builds it all the same"
 #endif
-
-#endif  // DYNFILTER_DETAIL_REQUIRE_CXX17_HPP

@@ -3,8 +3,7 @@
 
 // Rotations as matrices, rotation vectors and quaternions.
 
-#ifndef DYNFILTER_DETAIL_ROTATION_HPP
-#define DYNFILTER_DETAIL_ROTATION_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -93,5 +92,3 @@ inline cv::Matx33d orthonormal(const cv::Matx33d& rotation) {
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_ROTATION_HPP

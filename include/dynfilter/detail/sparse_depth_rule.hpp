@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DETAIL_SPARSE_DEPTH_RULE_HPP
-#define DYNFILTER_DETAIL_SPARSE_DEPTH_RULE_HPP
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -58,5 +57,3 @@ class SparseDepthRule {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_SPARSE_DEPTH_RULE_HPP

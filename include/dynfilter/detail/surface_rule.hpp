@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DETAIL_SURFACE_RULE_HPP
-#define DYNFILTER_DETAIL_SURFACE_RULE_HPP
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -190,5 +189,3 @@ class SurfaceRule {
 };
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_SURFACE_RULE_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SEGMENTERS_DEPTH_OFFSET_ESTIMATOR_HPP
-#define DYNFILTER_SEGMENTERS_DEPTH_OFFSET_ESTIMATOR_HPP
+#pragma once
 
 #include <array>
 #include <cstddef>
@@ -100,5 +99,3 @@ class DepthOffsetEstimator {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_SEGMENTERS_DEPTH_OFFSET_ESTIMATOR_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_DIAGNOSIS_INPUT_CHECKS_HPP
-#define DYNFILTER_DIAGNOSIS_INPUT_CHECKS_HPP
+#pragma once
 
 #include <cstddef>
 #include <memory>
@@ -83,5 +82,3 @@ class InputChecks {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_DIAGNOSIS_INPUT_CHECKS_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_EVALUATION_ASSOCIATION_HPP
-#define DYNFILTER_EVALUATION_ASSOCIATION_HPP
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -131,5 +130,3 @@ inline std::vector<std::pair<std::size_t, std::size_t>> associate(
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_EVALUATION_ASSOCIATION_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_EVALUATION_FEATURE_SCORES_HPP
-#define DYNFILTER_EVALUATION_FEATURE_SCORES_HPP
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -72,5 +71,3 @@ inline FeatureScores score_features(FeaturesView features, const FeatureLabels& 
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_EVALUATION_FEATURE_SCORES_HPP

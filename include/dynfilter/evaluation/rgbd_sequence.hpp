@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_EVALUATION_RGBD_SEQUENCE_HPP
-#define DYNFILTER_EVALUATION_RGBD_SEQUENCE_HPP
+#pragma once
 
 #include <cstddef>
 #include <filesystem>
@@ -128,5 +127,3 @@ class RgbdSequence {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_EVALUATION_RGBD_SEQUENCE_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_EVALUATION_SEQUENCE_CAMERA_HPP
-#define DYNFILTER_EVALUATION_SEQUENCE_CAMERA_HPP
+#pragma once
 
 #include <filesystem>
 #include <optional>
@@ -40,5 +39,3 @@ std::optional<SequenceCamera> known_camera(const std::string& name);
 SequenceCamera read_camera(const std::filesystem::path& path);
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_EVALUATION_SEQUENCE_CAMERA_HPP

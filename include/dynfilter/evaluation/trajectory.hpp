@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_EVALUATION_TRAJECTORY_HPP
-#define DYNFILTER_EVALUATION_TRAJECTORY_HPP
+#pragma once
 
 #include <cstddef>
 #include <filesystem>
@@ -79,5 +78,3 @@ std::string trajectory_row(const TimedPose& pose, const char* component);
 
 }  // namespace detail
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_EVALUATION_TRAJECTORY_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_EVALUATION_TRAJECTORY_ERRORS_HPP
-#define DYNFILTER_EVALUATION_TRAJECTORY_ERRORS_HPP
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -237,5 +236,3 @@ inline RelativePoseError relative_pose_error(const Trajectory& estimate, const T
 }
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_EVALUATION_TRAJECTORY_ERRORS_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_MOTION_MOTION_FILTER_HPP
-#define DYNFILTER_MOTION_MOTION_FILTER_HPP
+#pragma once
 
 #include <functional>
 #include <memory>
@@ -50,5 +49,3 @@ class MotionFilter {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_MOTION_MOTION_FILTER_HPP

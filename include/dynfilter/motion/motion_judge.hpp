@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_MOTION_MOTION_JUDGE_HPP
-#define DYNFILTER_MOTION_MOTION_JUDGE_HPP
+#pragma once
 
 #include <memory>
 
@@ -91,5 +90,3 @@ class MotionJudge {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_MOTION_MOTION_JUDGE_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_MOTION_RELATIVE_POSE_HPP
-#define DYNFILTER_MOTION_RELATIVE_POSE_HPP
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -95,5 +94,3 @@ class RelativePoseEstimator {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_MOTION_RELATIVE_POSE_HPP

@@ -23,8 +23,7 @@
 /// 1; without them: 0 to 1 (C = 1), -1 to 1 (C = 2), or as for ImageNet. Sources: G. Jocher et al.,
 /// Ultralytics; D. Bolya et al., "YOLACT", ICCV 2019.
 
-#ifndef DYNFILTER_NETWORKS_NETWORK_SEGMENTER_HPP
-#define DYNFILTER_NETWORKS_NETWORK_SEGMENTER_HPP
+#pragma once
 
 #include <filesystem>
 #include <memory>
@@ -98,5 +97,3 @@ class NetworkSegmenter final : public Segmenter {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_NETWORKS_NETWORK_SEGMENTER_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_REMOTE_REMOTE_SEGMENTER_HPP
-#define DYNFILTER_REMOTE_REMOTE_SEGMENTER_HPP
+#pragma once
 
 #include <memory>
 #include <string>
@@ -49,5 +48,3 @@ class RemoteSegmenter final : public Segmenter {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_REMOTE_REMOTE_SEGMENTER_HPP

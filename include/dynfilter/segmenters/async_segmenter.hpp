@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SEGMENTERS_ASYNC_SEGMENTER_HPP
-#define DYNFILTER_SEGMENTERS_ASYNC_SEGMENTER_HPP
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -101,5 +100,3 @@ class AsyncSegmenter {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_SEGMENTERS_ASYNC_SEGMENTER_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SEGMENTERS_MASK_CARRIER_HPP
-#define DYNFILTER_SEGMENTERS_MASK_CARRIER_HPP
+#pragma once
 
 #include <optional>
 #include <utility>
@@ -47,5 +46,3 @@ class MaskCarrier {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_SEGMENTERS_MASK_CARRIER_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SEGMENTERS_MASK_FOLDER_SEGMENTER_HPP
-#define DYNFILTER_SEGMENTERS_MASK_FOLDER_SEGMENTER_HPP
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -95,5 +94,3 @@ class MaskFolderSegmenter final : public Segmenter {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_SEGMENTERS_MASK_FOLDER_SEGMENTER_HPP

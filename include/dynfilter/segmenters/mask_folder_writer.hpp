@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SEGMENTERS_MASK_FOLDER_WRITER_HPP
-#define DYNFILTER_SEGMENTERS_MASK_FOLDER_WRITER_HPP
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -94,5 +93,3 @@ class MaskFolderWriter {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_SEGMENTERS_MASK_FOLDER_WRITER_HPP

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SEGMENTERS_MASK_PROPAGATOR_HPP
-#define DYNFILTER_SEGMENTERS_MASK_PROPAGATOR_HPP
+#pragma once
 
 #include <memory>
 #include <optional>
@@ -58,5 +57,3 @@ class MaskPropagator {
 };
 
 }  // namespace dynfilter
-
-#endif  // DYNFILTER_SEGMENTERS_MASK_PROPAGATOR_HPP

@@ -14,8 +14,7 @@
 // 0 until the eighth comparison. At last the codes of pixels without depth and on the border become
 // 0.
 
-#ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_DENSE_HPP
-#define DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_DENSE_HPP
+#pragma once
 
 #include "dynfilter/detail/kernels/instruction_set.hpp"
 
@@ -215,5 +214,3 @@ void dense_depth_lbp(const cv::Mat& depth, const cv::Rect& region, cv::Mat& code
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_DENSE_HPP

@@ -3,8 +3,7 @@
 
 // The instruction set of the processor beyond those that the compiler was allowed to use.
 
-#ifndef DYNFILTER_DETAIL_KERNELS_INSTRUCTION_SET_HPP
-#define DYNFILTER_DETAIL_KERNELS_INSTRUCTION_SET_HPP
+#pragma once
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -31,5 +30,3 @@ inline const char* best_instruction_set_name() {
 }
 
 }  // namespace dynfilter::detail
-
-#endif  // DYNFILTER_DETAIL_KERNELS_INSTRUCTION_SET_HPP
