@@ -19,7 +19,7 @@ Builds the program first. Takes a quarter of an hour on two idle cores.
   --levels LIST  default near_crowd,medium,hard,cross
   --seeds LIST   default 301,302,303
   --runs N       of COLMAP with different random numbers, default 1: its start is a lottery
-  --readme       put the table into bench/README.md
+  --readme       put the table into bench/README.md, and bars of it into README.md
 END
 }
 
@@ -192,7 +192,7 @@ log "Running COLMAP and OpenCV's odometry; results in $out"
 
 # Columns: host, level, scene, kind, run, poses, error, images, CPU s.
 table=$(
-  python3 - "$out/results.txt" <<'END'
+  python3 - "$out/results.txt" "$out/bars.txt" <<'END'
 import statistics, sys
 
 KINDS = ["off", "masks", "refined", "exact"]
@@ -218,7 +218,26 @@ def cell(results):
 print("error, mm; images with a pose; CPU".ljust(34), *(kind.rjust(24) for kind in KINDS))
 for (host, level), kinds in sorted(rows.items(), key=lambda row: row[0][0]):
     print(f"{host} {level}".ljust(34), *(cell(kinds.get(kind)).rjust(24) for kind in KINDS))
+
+def bar(results, worst_mm):
+    error_mm = statistics.median(result[1] for result in results)
+    share = sum(result[0] for result in results) / sum(result[2] for result in results)
+    length = max(1, round(20 * min(1, error_mm / worst_mm)))
+    return f"{'█' * length} {text(error_mm)} mm, {100 * share:.0f} %".ljust(43)
+
+
+shown = {"COLMAP hard": "COLMAP, rendered people", "Rgbd crowd_on_fr1_120": "cv::rgbd, recorded people"}
+shown = {tuple(row.split()): title for row, title in shown.items() if tuple(row.split()) in rows}
+with open(sys.argv[2], "w") as bars:
+    print(" " * 16 + "".join(title.ljust(43) for title in shown.values()).rstrip(), file=bars)
+    for kind, name in zip(KINDS, ["nothing removed", "masks alone", "dynfilter"]):
+        worst_mm = [statistics.median(result[1] for result in rows[row]["off"]) for row in shown]
+        cells = map(bar, (rows[row][kind] for row in shown), worst_mm)
+        print(name.ljust(16) + "".join(cells).rstrip(), file=bars)
 END
 )
 printf '%s\n' "$table" | tee "$out/table.txt"
-if [[ $readme == yes ]]; then fill_marks "$root/bench/README.md" "host tables" "$table"; fi
+if [[ $readme == yes ]]; then
+  fill_marks "$root/bench/README.md" "host tables" "$table"
+  fill_marks "$root/README.md" "host bars" "$(cat "$out/bars.txt")"
+fi

@@ -80,11 +80,9 @@ def filter_ratios(times):
     # here also end with the kept rows.
     kept = times[f"filter_keep/paper/{USUAL}"] - times[f"limit/restore/{USUAL}"]
     times = {**times, "kept": kept}
-    yield (f"The filter, rule depth, 640x480: {times['filter/depth/scene'] / 1000:.2g} ms a frame with "
-           "1000 features and 3 persons,")
-    yield (f"{times['filter/depth/640x480/16384/100'] / 1000:.2g} ms with 16384 features and 100 persons. "
-           f"Processor: {processor()}.")
-    yield "Time of the other / time of ours:"
+    yield (f"The filter, rule depth, 640x480: {times['filter/depth/scene'] / 1000:.2g} ms a frame with 1000 features "
+           f"and 3 persons, {times['filter/depth/640x480/16384/100'] / 1000:.2g} ms with 16384 and 100.")
+    yield f"Time of the other / time of ours, {processor()}:"
     for other, ours, words in FILTER_RATIOS:
         ratio = times[other] / times[ours]
         yield f"{ratio:7.3g} {words}" if ratio < 1000 else f"{ratio:7.0f} {words}"
