@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <iterator>
 #include <limits>
 #include <vector>
 
@@ -54,7 +53,7 @@ class RangeEstimator {
   /// min_samples. Throws std::invalid_argument for a value that is not finite. O(n log n).
   ValueRange estimate(std::vector<double> values) const { return estimate_in_place(values); }
 
-  /// Returns the same range, and sorts the values in place. Allocates nothing.
+  /// Returns the same range, and changes the values' order. Allocates nothing.
   ValueRange estimate_in_place(std::vector<double>& values) const {
     for (const double value : values) {
       if (!std::isfinite(value)) {
@@ -65,14 +64,16 @@ class RangeEstimator {
     std::sort(values.begin(), values.end());
     if (values.size() < min_samples) return {};
     const ValueRange fences = inlier_fences(values);
-    const auto first = std::lower_bound(values.begin(), values.end(), fences.lower);
-    const auto last = std::upper_bound(first, values.end(), fences.upper);
-    if (first == last) return {};
-    return {*first - options_.expansion, *std::prev(last) + options_.expansion};
+    ValueRange inliers;
+    for (const double value : values) {
+      if (!fences.contains(value)) continue;
+      inliers = {std::min(inliers.lower, value), std::max(inliers.upper, value)};
+    }
+    return {inliers.lower - options_.expansion, inliers.upper + options_.expansion};
   }
 
  private:
-  ValueRange inlier_fences(const std::vector<double>& sorted) const {
+  ValueRange inlier_fences(std::vector<double>& sorted) const {
     if (options_.outlier_rule == OutlierRule::interquartile_range) {
       const double lower = quantile(sorted, 0.25);
       const double upper = quantile(sorted, 0.75);
@@ -95,32 +96,19 @@ class RangeEstimator {
     return sorted[below] + beyond * (sorted[above] - sorted[below]);
   }
 
-  /// Estimates the standard deviation of normal values from their absolute deviations from the
-  /// median: by the median of the deviations, or by their mean if that median is 0.
-  static double standard_deviation(const std::vector<double>& sorted, double median) {
-    const double by_median = 1.4826 * median_absolute_deviation(sorted, median);
+  /// Estimates the standard deviation of normal values from their distances from the median: by the
+  /// median distance, or by the mean one if that is 0. Sorts the values by distance.
+  static double standard_deviation(std::vector<double>& values, double median) {
+    const auto distance = [median](double value) { return std::abs(value - median); };
+    std::sort(values.begin(), values.end(),
+              [&](double a, double b) { return distance(a) < distance(b); });
+    const std::size_t half = values.size() / 2;
+    const double below = distance(values[(values.size() - 1) / 2]);
+    const double by_median = 1.4826 * ((below + distance(values[half])) / 2);
     if (by_median > 0) return by_median;
     double sum = 0;
-    for (const double value : sorted) sum += std::abs(value - median);
-    return 1.2533 * sum / static_cast<double>(sorted.size());
-  }
-
-  static double median_absolute_deviation(const std::vector<double>& sorted, double median) {
-    const std::size_t count = sorted.size();
-    const double above = smallest_reach(count / 2 + 1, sorted, median);
-    return count % 2 == 1 ? above : (smallest_reach(count / 2, sorted, median) + above) / 2;
-  }
-
-  /// Returns the smallest distance from the median that `count` values do not exceed. These values
-  /// are adjacent in the sorted sample, and the first or the last of them is the farthest.
-  static double smallest_reach(std::size_t count, const std::vector<double>& sorted,
-                               double median) {
-    double smallest = std::numeric_limits<double>::infinity();
-    for (std::size_t last = count - 1; last < sorted.size(); ++last) {
-      const double first = sorted[last - (count - 1)];
-      smallest = std::min(smallest, std::max(median - first, sorted[last] - median));
-    }
-    return smallest;
+    for (const double value : values) sum += distance(value);
+    return 1.2533 * sum / static_cast<double>(values.size());
   }
 
   RangeEstimatorOptions options_;
