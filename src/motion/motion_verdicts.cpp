@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <tuple>
 
 #include "dynfilter/detail/quantile.hpp"
 #include "mask_reach.hpp"
@@ -54,6 +56,9 @@ constexpr double fringe_shift_px = 1.0, fringe_shift_scales = 3;
 constexpr double fringe_untracked_px = 4, stale_fringe_untracked_px = 15;
 /// A removed feature of the fringe is more likely dynamic than not.
 constexpr float fringe_score = 0.6F;
+/// A tracker wants so many features, or half of all; ORB-SLAM drops a young map below 50 matches.
+/// With more, what moves bends the trajectory.
+constexpr std::size_t tracked_features = 150;
 
 float added_by(EvidenceKind kind, bool is_supported) {
   switch (kind) {
@@ -279,6 +284,28 @@ void clean_fringe(const MotionContext& context, std::size_t k, FeatureLabels& la
   });
 }
 
+/// Keeps again what moves, the least certain and then the slowest first, while too few features are
+/// left to track.
+void keep_for_tracking(const MotionContext& context, FeatureLabels& labels) {
+  const std::size_t kept = labels.statistics().kept();
+  const std::size_t enough = std::min(tracked_features, labels.size() / 2);
+  if (kept >= enough) return;
+  std::vector<std::uint32_t>& moving = context.scratch.indices;
+  moving.clear();
+  for (std::uint32_t i = 0; i < labels.size(); ++i) {
+    if (labels.is_removed(i) && labels[i].reason == Reason::moving) moving.push_back(i);
+  }
+  const auto rank = [&](std::uint32_t i) {
+    const cv::Point2f at = context.found.places[i].raw;
+    return std::make_tuple(labels[i].score, context.found.evidence[i].ratio, at.y, at.x);
+  };
+  const auto end =
+      moving.begin() + static_cast<std::ptrdiff_t>(std::min(enough - kept, moving.size()));
+  std::partial_sort(moving.begin(), end, moving.end(),
+                    [&](std::uint32_t a, std::uint32_t b) { return rank(a) < rank(b); });
+  std::for_each(moving.begin(), end, [&](std::uint32_t i) { labels.restore(i); });
+}
+
 }  // namespace
 
 void update_beliefs(const MotionContext& context, std::vector<float>& beliefs) {
@@ -330,13 +357,14 @@ void write_labels(const MotionContext& context, FeatureLabels& labels) {
       labels.remove(i, -1, Reason::moving, score_of(std::max(strength, 0.0F)));
     }
   }
-  if (labels.statistics().was_cautious()) return;  // a tracker needs the fringe then
+  const bool is_cautious = labels.statistics().was_cautious();  // a tracker needs the fringe then
   const std::vector<InstanceStatistics>& instances = labels.statistics().instances;
-  for (std::size_t k = 0; k < instances.size(); ++k) {
+  for (std::size_t k = 0; k < instances.size() && !is_cautious; ++k) {
     const bool may_move =
         labels.is_dynamic_object(k) && instances[k].verdict != InstanceVerdict::still;
     if (may_move) clean_fringe(context, k, labels);
   }
+  keep_for_tracking(context, labels);
 }
 
 void remember(const MotionContext& context) {

@@ -66,10 +66,7 @@ class FrameFilter {
     filter_.apply(frame, answer.masks.segmentation, answer.features(), answer.labels,
                   workspace_);  // the last step that may fail
     answer.has_measured_depth = !frame.depth.empty() || columns.right_x != nullptr;
-    if (helps_maps_ && answer.has_measured_depth) {
-      map_start_.keep_for_map(answer.labels);
-      keep_for_tracking(answer.labels);
-    }
+    if (helps_maps_ && answer.has_measured_depth) map_start_.keep_for_map(answer.labels);
     keep_at_least_one(answer.labels);
     last_s_ = frame.timestamp_s;
   }

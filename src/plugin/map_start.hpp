@@ -13,23 +13,6 @@ namespace dynfilter::detail {
 
 constexpr std::size_t map_features = 501;  ///< ORB-SLAM begins a map of depths with more than 500
 
-/// Keeps again what motion removed, the least certain first, while fewer than 150 features are
-/// left: ORB-SLAM wants 50 matches in the first second, or drops its map. With more, what moves
-/// bends the trajectory.
-inline void keep_for_tracking(FeatureLabels& labels) {
-  constexpr std::size_t tracked_features = 150;
-  while (labels.statistics().kept() < tracked_features) {
-    const auto turn = [](const FeatureLabel& label) {
-      return std::pair(!label.removed || label.reason != Reason::moving, label.score);
-    };
-    const auto next = std::min_element(
-        labels.begin(), labels.end(),
-        [&](const FeatureLabel& a, const FeatureLabel& b) { return turn(a) < turn(b); });
-    if (next == labels.end() || turn(*next).first) return;
-    labels.restore(static_cast<std::size_t>(next - labels.begin()));
-  }
-}
-
 /// Lets a host's map of depths begin in the frame in which it begins with masks alone. A map that
 /// waits for a better frame may begin late or never, where people cover half of the image.
 class MapStart {

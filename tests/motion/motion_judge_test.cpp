@@ -103,6 +103,37 @@ TEST(MotionJudge, FindsPeopleWithoutMasks) {
   EXPECT_LE(static_cast<double>(lost), 0.002 * static_cast<double>(still));
 }
 
+/// Where too few features would be left to track, the least certain movers are kept.
+TEST(MotionJudge, KeepsTheLeastCertainMoversWhereFewAreLeft) {
+  const SyntheticScene scene(small_scene(0.5));
+  Rig rig;
+  int cautious = 0;
+  for (int frame = 0; frame < frames; ++frame) {
+    Shot shot = shots(0.5)[static_cast<std::size_t>(frame)];
+    auto& features = shot.keypoints;
+    std::size_t n = 0;  // one of eight beside the person is left
+    const auto is_left_out = [&](const auto& f) {
+      return ++n % 8 != 0 && !is_on_person(shot, f, 0);
+    };
+    features.erase(std::remove_if(features.begin(), features.end(), is_left_out), features.end());
+    if (frame > 0) rig.judge.expect_motion(exact_prior(scene, frame));
+    const FeatureLabels labels = rig.see_without_masks(shot);
+    const auto& moving = rig.workspace.get<detail::MotionScratch>().found.moving;
+    std::vector<float> kept, removed;
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      if (frame > 0 && moving[i])
+        (labels.is_removed(i) ? removed : kept).push_back(labels[i].score);
+    }
+    EXPECT_EQ(labels.statistics().moving, removed.size());
+    if (kept.empty() || removed.empty()) continue;
+    EXPECT_EQ(labels.statistics().kept(), std::min<std::size_t>(150, labels.size() / 2)) << frame;
+    EXPECT_LE(*std::max_element(kept.begin(), kept.end()),
+              *std::min_element(removed.begin(), removed.end()));
+    ++cautious;
+  }
+  EXPECT_GE(cautious, 3);
+}
+
 TEST(MotionJudge, DoesNotDependOnTheOrderOfTheFeatures) {
   Rig one, other;
   for (const Shot& shot : shots(0.5)) {

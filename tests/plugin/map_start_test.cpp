@@ -75,19 +75,5 @@ TEST(MapStart, KeepsWhatIsLeastCertainInTheFrameThatBeginsTheMap) {
   }
 }
 
-TEST(MapStart, KeepsTheLeastCertainOfWhatMovesWhereFewAreLeft) {
-  for (const auto& [moving, kept] : {std::pair(80, 150), {20, 130}}) {
-    FeatureLabels labels = labels_of({110, 40, static_cast<std::size_t>(moving), 300});
-    detail::keep_for_tracking(labels);
-    EXPECT_EQ(labels.statistics().kept(), static_cast<std::size_t>(kept));
-    EXPECT_FALSE(labels.is_removed(static_cast<std::size_t>(410 + moving - 1)));
-    EXPECT_EQ(labels.is_removed(410), moving == 80) << "the most certain one";
-    EXPECT_EQ(labels.statistics().compensated, 40U);
-  }
-  FeatureLabels enough = labels_of({151, 40, 80, 300});
-  detail::keep_for_tracking(enough);
-  EXPECT_EQ(enough.statistics().moving, 80U);
-}
-
 }  // namespace
 }  // namespace dynfilter::testing
