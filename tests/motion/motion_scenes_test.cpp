@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Motion along the view, which the depth shows and the image hardly does; a compensator that takes
-// too much; a camera that only turns; a crowd before the camera.
+// Motion along the view, which the depth shows and the image hardly does; what has come, and what
+// is nearest; a compensator that takes too much; arms that swing; a camera that only turns; a
+// crowd.
 
 #include "dynfilter/detail/mask_distance.hpp"
 #include "dynfilter/dynfilter.hpp"
@@ -37,7 +38,8 @@ double brightness(double x, double y) {
 
 /// Shows the card and the wall as they look at their depths, and gives the card another depth in
 /// the depth image. Writes into the same images each time, as hosts do.
-CardShot card_shot(int index, double seen_at_m, double measured_m, double wall_m) {
+CardShot card_shot(int index, double seen_at_m, double measured_m, double wall_m,
+                   double shift_px = 0) {
   static cv::Mat1b image(360, 480);
   static cv::Mat1f depth(image.size());
   const double scale = seen_at_m / 1.3, wall_scale = wall_m / 3;
@@ -46,7 +48,7 @@ CardShot card_shot(int index, double seen_at_m, double measured_m, double wall_m
   cv::RNG noise(static_cast<std::uint64_t>(index) + 1);
   for (int y = 0; y < image.rows; ++y) {
     for (int x = 0; x < image.cols; ++x) {
-      const cv::Point2d away = cv::Point2d(x, y) - cv::Point2d(centre());
+      const cv::Point2d away = cv::Point2d(x - shift_px, y) - cv::Point2d(centre());
       const bool is_on_card = std::max(std::abs(away.x), std::abs(away.y)) <= shot.half_side_px;
       const double value = is_on_card
                                ? brightness(away.x * scale + 900, away.y * scale + 700)
@@ -109,6 +111,38 @@ TEST(MotionApproach, IsNotTheCamerasNorNoise) {
     const Shares shares = see_card(speed_m_s, true, speed_m_s);  // the card hangs still
     EXPECT_EQ(shares.middle_removed, 0U) << speed_m_s;
     EXPECT_EQ(shares.wall_removed, 0U) << speed_m_s;
+  }
+}
+
+/// Depth shows that a thing was not yet there, however few of its features there are.
+TEST(MotionDepth, TellsWhatHasCome) {
+  Rig rig;
+  for (int i = 0; i < 4; ++i) {
+    constexpr double out_of_sight_m = 1e6;
+    CardShot shot = card_shot(i, i < 3 ? out_of_sight_m : 1.3, 1.3, 3);
+    std::size_t on_card = 0;
+    const auto is_left_out = [&](cv::Point2f corner) {
+      const cv::Point2f away = corner - centre();
+      const double away_px = std::max(std::abs(away.x), std::abs(away.y));
+      return away_px < 50 ? ++on_card > 3 : away_px < shot.half_side_px + 15;
+    };
+    auto& corners = shot.corners;
+    corners.erase(std::remove_if(corners.begin(), corners.end(), is_left_out), corners.end());
+    const FeatureLabels labels = rig.see(shot.frame, {}, corners);
+    EXPECT_EQ(labels.statistics().removed(), i < 3 ? 0U : 3U) << i;
+  }
+}
+
+/// Without masks, the camera's motion is not that of a near card that covers half of the view.
+TEST(MotionNearest, IsNotTheWorldWithoutMasks) {
+  Rig rig;
+  for (int i = 0; i < 4; ++i) {
+    const CardShot card = card_shot(i, 0.55, 0.55, 3, 5.0 * i);
+    Shot shot;
+    shot.rendered.frame = card.frame;
+    cv::KeyPoint::convert(card.corners, shot.keypoints);
+    EXPECT_EQ(rig.see_without_masks(shot).statistics().motion.outcome,
+              i == 0 ? MotionOutcome::started : MotionOutcome::pose_not_trusted);
   }
 }
 
@@ -178,6 +212,32 @@ TEST(MotionBackground, IsKeptBesideAWalker) {
     rig.judge({frame, masks, shot.keypoints}, labels, rig.workspace);
     const std::size_t kept_still = labels.statistics().motion.kept_still;
     EXPECT_EQ(kept_still > 20, i > 0) << i << ": " << kept_still << ", none in the first frame";
+  }
+}
+
+// --- A person whose body stands still and whose arms swing ---------------------------------------
+
+/// Who has a quarter of the features on arms that swing is not still.
+TEST(MotionWork, IsNotRest) {
+  Rig rig;
+  for (int i = 0; i < frames; ++i) {
+    Shot shot = shots(0)[static_cast<std::size_t>(i)];
+    const Instance& person = shot.rendered.true_segmentation.instances[0];
+    cv::Mat image = shot.rendered.frame.image.clone();
+    const cv::Rect body = person.box & cv::Rect(2, 0, image.cols - 2, image.rows);
+    const cv::Rect arms(body.x, body.y + body.height / 2, body.width, body.height / 2);
+    image(arms - cv::Point(i % 2 == 0 ? 2 : 0, 0)).copyTo(image(arms));
+    shot.rendered.frame.image = image;
+    std::size_t on_body = 0, on_arms = 0;
+    const auto is_left_out = [&](const cv::KeyPoint& keypoint) {
+      if (!person.covers(nearest_pixel(keypoint.pt))) return false;
+      const bool is_on_arms = keypoint.pt.y > static_cast<float>(arms.y);
+      return is_on_arms ? ++on_arms > on_body * 3 / 10 : ++on_body == 0;
+    };
+    auto& all = shot.keypoints;
+    std::sort(all.begin(), all.end(), [](auto& a, auto& b) { return a.pt.y < b.pt.y; });
+    all.erase(std::remove_if(all.begin(), all.end(), is_left_out), all.end());
+    EXPECT_NE(rig.see(shot).statistics().instances[0].verdict, InstanceVerdict::still) << i;
   }
 }
 
