@@ -37,16 +37,10 @@ class RemotePage : public ::testing::Test {
  protected:
   void SetUp() override {
     if (python.empty()) GTEST_SKIP() << "CMake found no python3 with NumPy and PyZMQ";
-    people.emplace(path, options());
+    people.emplace(path, until_python_listens);
   }
 
-  /// Options that wait until Python listens.
-  static RemoteSegmenterOptions options() {
-    RemoteSegmenterOptions options;
-    options.timeout_s = 120;
-    options.retry_interval_s = 0.01;
-    return options;
-  }
+  const RemoteSegmenterOptions until_python_listens{120, 0.01};
 
   std::vector<Instance> found(int first_pixel, int type = CV_8UC3) {
     FrameView frame;
@@ -114,7 +108,7 @@ zmq.Context.instance().socket(zmq.PAIR).recv()
   std::vector<std::future<void>> hosts;
   for (int host = 1; host <= 20; ++host) {
     hosts.push_back(std::async(std::launch::async, [&, host] {
-      RemoteSegmenter own(path, options());
+      RemoteSegmenter own(path, until_python_listens);
       FrameView frame;
       frame.image = cv::Mat(30, 30, CV_8UC1, cv::Scalar(0));
       frame.image({0, 0, host, host}).setTo(255);

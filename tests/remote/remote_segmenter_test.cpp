@@ -21,12 +21,7 @@ static_assert(std::is_nothrow_move_constructible_v<RemoteSegmenter> &&
 
 // No test measures time. Calls that must succeed have this long; a call that never returns runs
 // into the test's time limit.
-RemoteSegmenterOptions options_of(double timeout_s = 120, double retry_interval_s = 0) {
-  RemoteSegmenterOptions options;
-  options.timeout_s = timeout_s;
-  options.retry_interval_s = retry_interval_s;
-  return options;
-}
+const RemoteSegmenterOptions impatient{120}, patient{120, 0.001};
 
 FrameView frame_of(int value, std::uint64_t id = (1ULL << 60U) + 7) {
   FrameView frame;
@@ -95,7 +90,7 @@ TEST_F(RemoteSegmenterTest, SendsTheFrameAndReturnsTheInstances) {
     });
     const fs::path before = fs::current_path();
     fs::current_path(folder.path());
-    RemoteSegmenter people(address == path ? "masks.sock" : peer.address(), options_of());
+    RemoteSegmenter people(address == path ? "masks.sock" : peer.address(), impatient);
     fs::current_path(before);
     for (const cv::Mat& image : {large, large({10, 20, 30, 40}), grey, grey({3, 5, 17, 19})}) {
       frame.image = image;
@@ -113,8 +108,8 @@ TEST_F(RemoteSegmenterTest, RefusesMisuse) {
   EXPECT_THROW(RemoteSegmenter(longest + 'a'), std::invalid_argument);
   RemoteSegmenter people(longest);
   for (const double seconds : {-1.0, 3601.0, std::numeric_limits<double>::quiet_NaN()}) {
-    EXPECT_THROW(RemoteSegmenter(path, options_of(seconds)), std::invalid_argument);
-    EXPECT_THROW(RemoteSegmenter(path, options_of(1, seconds)), std::invalid_argument);
+    EXPECT_THROW(RemoteSegmenter(path, {seconds}), std::invalid_argument);
+    EXPECT_THROW(RemoteSegmenter(path, RemoteSegmenterOptions{1, seconds}), std::invalid_argument);
   }
   FrameView frame;
   std::uint8_t pixel = 0;  // the size alone is refused: no other is read
@@ -129,14 +124,14 @@ TEST_F(RemoteSegmenterTest, SaysThatNobodyListensOrAnswersUntilSomebodyDoes) {
   zmq::context_t context;
   zmq::socket_t silent(context, zmq::socket_type::stream);
   silent.bind("tcp://127.0.0.1:*");
-  RemoteSegmenter asks_it(silent.get(zmq::sockopt::last_endpoint), options_of(0.05));
+  RemoteSegmenter asks_it(silent.get(zmq::sockopt::last_endpoint), {0.05});
   expect_fails(asks_it, frame_of(1), "time is up");
-  for (const double retry_interval_s : {0.0, 0.001}) {
-    RemoteSegmenter people(path, options_of(retry_interval_s > 0 ? 0.5 : 120, retry_interval_s));
+  for (const RemoteSegmenterOptions& options : {impatient, {0.5, 0.001}}) {
+    RemoteSegmenter people(path, options);
     expect_fails(people, frame_of(1, 4), path + ": no masks of frame 4 within ");
     expect_fails_at_last(people, frame_of(1), "no process listens there; is the server started");
-    RemoteSegmenter patient(path, options_of(120, 0.001));
-    auto waits = std::async(std::launch::async, [&] { expect_answered(patient, frame_of(1)); });
+    RemoteSegmenter waiting(path, patient);
+    auto waits = std::async(std::launch::async, [&] { expect_answered(waiting, frame_of(1)); });
     const RemotePeer peer(path, answer);  // leaves the file of its socket
     waits.get();
     expect_answered_at_last(people, frame_of(2));
@@ -151,7 +146,7 @@ TEST_F(RemoteSegmenterTest, SendsNothingToAnotherUser) {
     const RemotePeer peer(path, answer);
     pause();
   });
-  RemoteSegmenter people(path, options_of(120, 0.001));
+  RemoteSegmenter people(path, patient);
   expect_fails(people, frame_of(1), "the process belongs to user 65534; want 0");
 }
 
@@ -163,11 +158,12 @@ TEST_F(RemoteSegmenterTest, DiscardsALateReplyAndEndsAtOnce) {
     if (++asked == 1) go.get_future().wait();
     return answer(frame, request);
   });
-  RemoteSegmenter people(path, options_of(0.1));
+  RemoteSegmenter people(path, {0.1});
   // Two frames have the same id, as when a host retries: their contents differ.
   while (asked == 0) expect_fails(people, frame_of(100, 5), "");
   expect_fails(people, frame_of(150, 6), "the other side is still busy with frame 5");
-  auto ends_during_its_request = std::make_unique<RemoteSegmenter>(path, options_of(0.05));
+  auto ends_during_its_request =
+      std::make_unique<RemoteSegmenter>(path, RemoteSegmenterOptions{0.05});
   expect_fails(*ends_during_its_request, frame_of(200), "time is up");
   ends_during_its_request.reset();
   go.set_value();
@@ -190,7 +186,7 @@ TEST_F(RemoteSegmenterTest, RefusesLiesAndServesTheNextFrame) {
     const RemotePeer peer(path, [say = lie](const FrameView& frame, std::uint64_t request) {
       return frame.id == 1 ? say(request) : answer(frame, request);
     });
-    RemoteSegmenter people(path, options_of());
+    RemoteSegmenter people(path, impatient);
     expect_fails(people, frame_of(1, 1), part);
     expect_answered(people, frame_of(2));
   }
@@ -201,14 +197,14 @@ TEST_F(RemoteSegmenterTest, SendsALostFrameOnceMoreIfItMayWait) {
   const RemotePeer peer(path, [&](const FrameView& frame, std::uint64_t request) {
     return ++asked % 3 == 0 || frame.id == 99 ? Reply() : answer(frame, request);
   });
-  RemoteSegmenter patient(path, options_of(120, 0.001)), impatient(path, options_of());
-  for (int i = 0; i < 20; ++i) expect_answered(patient, frame_of(i));
+  RemoteSegmenter again(path, patient), once(path, impatient);
+  for (int i = 0; i < 20; ++i) expect_answered(again, frame_of(i));
   EXPECT_EQ(asked, 29) << "every third was lost";
-  expect_fails(patient, frame_of(1, 99), "the other side has closed the connection");
+  expect_fails(again, frame_of(1, 99), "the other side has closed the connection");
   EXPECT_EQ(asked, 31);
-  expect_answered_at_last(impatient, frame_of(1));
+  expect_answered_at_last(once, frame_of(1));
   asked = 2;
-  expect_fails(impatient, frame_of(2), "");
+  expect_fails(once, frame_of(2), "");
   EXPECT_EQ(asked, 3);
 }
 
@@ -217,7 +213,7 @@ TEST_F(RemoteSegmenterTest, AForkedProcessUsesItsOwnConnection) {
   GTEST_SKIP() << "the thread sanitizer forbids threads after fork()";
 #endif
   const RemotePeer peer(path, answer);
-  auto people = std::make_unique<RemoteSegmenter>(path, options_of());
+  auto people = std::make_unique<RemoteSegmenter>(path, impatient);
   for (const bool asks : {false, true}) {
     expect_answered(*people, frame_of(1));
     const int code = exit_code_of_child([&]() -> int {

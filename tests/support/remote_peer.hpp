@@ -37,13 +37,12 @@ class RemotePeer {
 
   RemotePeer(const std::string& address, Answer answer)
       : endpoint_(address[0] == '/' ? "ipc://" + address : address), answer_(std::move(answer)) {
-    auto first = std::make_unique<Server>(endpoint_);
-    endpoint_ = first->socket.get(zmq::sockopt::last_endpoint);
-    thread_ = std::thread([this, server = std::move(first)]() mutable {
+    server_.emplace(endpoint_);
+    endpoint_ = server_->socket.get(zmq::sockopt::last_endpoint);
+    thread_ = std::thread([this] {
       while (!is_over_) {
-        if (answer_one(server->socket)) continue;
-        server.reset();  // ends its connections before the next one listens
-        server = std::make_unique<Server>(endpoint_);
+        // The connections end before the next server listens.
+        if (!answer_one(server_->socket)) server_.emplace(endpoint_);
       }
     });
   }
@@ -87,6 +86,7 @@ class RemotePeer {
 
   std::string endpoint_;
   Answer answer_;
+  std::optional<Server> server_;
   std::atomic<bool> is_over_{false};
   std::thread thread_;
 };

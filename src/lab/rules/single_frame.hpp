@@ -41,22 +41,13 @@ inline cv::Rect grown_box(const cv::Rect& box, int margin, const cv::Size& image
   return grown & cv::Rect2d({}, cv::Size2d(image));
 }
 
-/// Dilates a mask in place by a square of 2 radius + 1 pixels.
-inline void dilate_by_square(cv::Mat& mask, int radius) {
-  const cv::Size size(2 * radius + 1, 2 * radius + 1);
-  cv::dilate(mask, mask, cv::getStructuringElement(cv::MORPH_RECT, size));
-}
-
-/// Tells whether a pixel is in the image and set in its mask, CV_8UC1.
-inline bool is_set(const cv::Mat& mask, cv::Point pixel) {
-  return cv::Rect({0, 0}, mask.size()).contains(pixel) && mask.at<std::uint8_t>(pixel) != 0;
-}
-
 /// Removes the features on a mask of the image, CV_8UC1. Names no instance, because a union of
 /// masks does not tell whose a pixel is.
 inline void remove_on_mask(const cv::Mat& mask, const FilterInput& input, FeatureLabels& labels) {
   for (std::size_t i = 0; i < input.features.size(); ++i) {
-    if (is_set(mask, input.features.pixel(i))) labels.remove(i, -1, Reason::custom, 1.0F);
+    const cv::Point pixel = input.features.pixel(i);
+    const bool is_inside = cv::Rect({0, 0}, mask.size()).contains(pixel);
+    if (is_inside && mask.at<std::uint8_t>(pixel) != 0) labels.remove(i, -1, Reason::custom, 1.0F);
   }
 }
 
@@ -131,7 +122,7 @@ class BoxDepthMask {
       const double depth = (quantile(depths, 0.5) + quantile(depths, 0.33)) / 2;
       paint_largest_at_depth(input.frame, grown_box(instance.box, margin_px, image), depth, mask);
     }
-    dilate_by_square(mask, dilation_px);
+    cv::dilate(mask, mask, cv::Mat::ones(7, 7, CV_8UC1));
     const double covered = cv::countNonZero(mask);
     if (covered > max_image_share * static_cast<double>(mask.total())) return;
     remove_on_mask(mask, input, labels);
@@ -141,7 +132,6 @@ class BoxDepthMask {
   static constexpr double min_depth_share = 0.7;  // of the box's pixels; else it is skipped
   static constexpr double tolerance_m = 0.33;     // of the mask's depths, either way
   static constexpr int margin_px = 30;            // around the box: limbs reach out of it
-  static constexpr int dilation_px = 3;
   static constexpr double max_image_share = 0.8;  // a larger mask counts as a mistake
 
   /// Returns the depths in the box's part in the image; none if too few pixels have depth.

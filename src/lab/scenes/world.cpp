@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 
 #include "noise.hpp"
 #include "texture.hpp"
@@ -79,25 +80,31 @@ double farthest_path(const SyntheticSceneOptions& options) {
          0.05 * ((persons - 1) / 2);
 }
 
+/// Shelf or cupboard; `gap` is its distance from what stands before it.
+struct Unit {
+  double x, width, gap, height;
+  Material material;
+};
+
+void add_units(std::vector<Block>& blocks, std::initializer_list<Unit> units, double behind) {
+  constexpr double depth = 0.30;
+  for (const Unit& unit : units) {
+    blocks.push_back(block({unit.x, behind + unit.gap + depth / 2, 0},
+                           {unit.width, depth, unit.height}, 0, unit.material));
+  }
+}
+
 /// Adds static things right behind and in front of the persons' path, out of reach of every limb: a
 /// walking body reaches 0.40 m to either side of the path.
 void add_shelves(std::vector<Block>& blocks, const SyntheticSceneOptions& options) {
   constexpr double reach_m = 0.40;
-  const double behind = farthest_path(options) + reach_m;
   const double before = options.person_distance_m - reach_m;
-  struct Unit {
-    double x, width, gap, height;
-    Material material;
-  };
-  constexpr Unit units[] = {{-1.05, 0.72, 0.05, 1.62, Material::books},
-                            {-0.30, 0.58, 0.22, 1.18, Material::cardboard},
-                            {0.34, 0.62, 0.40, 1.86, Material::books},
-                            {1.05, 0.70, 0.12, 1.40, Material::wood}};
-  for (const Unit& unit : units) {
-    const double depth = 0.30;
-    blocks.push_back(block({unit.x, behind + unit.gap + depth / 2, 0},
-                           {unit.width, depth, unit.height}, 0, unit.material));
-  }
+  add_units(blocks,
+            {{-1.05, 0.72, 0.05, 1.62, Material::books},
+             {-0.30, 0.58, 0.22, 1.18, Material::cardboard},
+             {0.34, 0.62, 0.40, 1.86, Material::books},
+             {1.05, 0.70, 0.12, 1.40, Material::wood}},
+            farthest_path(options) + reach_m);
   const double desk = before - 0.28;
   blocks.push_back(block({0.10, desk, 0.71}, {1.50, 0.52, 0.04}, 0, Material::wood));
   blocks.push_back(block({0.22, desk + 0.06, 0.75}, {0.16, 0.14, 0.10}, 0, Material::screen));
@@ -110,23 +117,16 @@ void add_workplace(std::vector<Block>& blocks, const SyntheticSceneOptions& opti
   constexpr double reach_before_m = 0.25;  // of the hands
   constexpr double reach_behind_m = 0.15;  // of the heels
   const double before = options.person_distance_m - reach_before_m - 0.05;
-  const double behind = farthest_path(options) + reach_behind_m;
   const auto add = [&](double x, double y, double z, cv::Vec3d size, double turn, Material what) {
     blocks.push_back(block({x, y, z}, size, turn, what));
   };
-  struct Cupboard {
-    double x, width, gap, height;
-    Material material;
-  };
-  constexpr Cupboard cupboards[] = {{-1.20, 0.70, 0.15, 1.90, Material::books},
-                                    {-0.48, 0.62, 0.05, 1.15, Material::cardboard},
-                                    {0.18, 0.60, 0.40, 1.75, Material::books},
-                                    {0.84, 0.62, 0.10, 1.30, Material::books},
-                                    {1.52, 0.66, 0.25, 1.60, Material::wood}};
-  for (const Cupboard& cupboard : cupboards) {
-    add(cupboard.x, behind + cupboard.gap + 0.15, 0, {cupboard.width, 0.30, cupboard.height}, 0,
-        cupboard.material);
-  }
+  add_units(blocks,
+            {{-1.20, 0.70, 0.15, 1.90, Material::books},
+             {-0.48, 0.62, 0.05, 1.15, Material::cardboard},
+             {0.18, 0.60, 0.40, 1.75, Material::books},
+             {0.84, 0.62, 0.10, 1.30, Material::books},
+             {1.52, 0.66, 0.25, 1.60, Material::wood}},
+            farthest_path(options) + reach_behind_m);
   const double desk = before - 0.30;  // the middle of its top
   add(-0.42, desk, 0.69, {1.10, 0.60, 0.04}, 0, Material::wood);
   for (const double x : {-0.94, 0.10}) add(x, desk, 0, {0.05, 0.56, 0.69}, 0, Material::wood);
