@@ -198,13 +198,9 @@ class DepthCompensator {
   /// Returns the doubt of a removal: the distance from the object's depth, metres; 0 if it is sure,
   /// near that depth or a fresh mask.
   static double doubt_of(const detail::DepthObject& object, std::size_t feature) {
-    constexpr double sure_m = 0.1, sure_px = 4;  // With more, caution keeps fewer features.
     const double depth_m = object.depth_of(feature);
-    const double distance_m = depth_m > 0 ? std::abs(depth_m - object.depth_m) : HUGE_VAL;
-    const detail::DepthRuleFrame& frame = *object.frame;
-    const bool is_sure = distance_m <= sure_m ||
-                         object.is_beside_mask(frame.index.pixel(feature), sure_px * frame.scale);
-    return is_sure ? 0 : distance_m;
+    if (object.is_sure(object.frame->index.pixel(feature), depth_m)) return 0;
+    return depth_m > 0 ? std::abs(depth_m - object.depth_m) : HUGE_VAL;
   }
 
   DepthCompensatorOptions options_;

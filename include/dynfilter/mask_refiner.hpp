@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <vector>
@@ -11,6 +12,7 @@
 
 #include "dynfilter/depth_compensator.hpp"
 #include "dynfilter/filter_input.hpp"
+#include "dynfilter/host_masks.hpp"
 #include "dynfilter/mask_culler.hpp"
 #include "dynfilter/segmentation.hpp"
 
@@ -48,13 +50,26 @@ inline cv::Mat refined_mask(const SurfaceRule& rule, const DepthObject& object, 
   return mask;
 }
 
+/// Takes off an object's refined mask what is not surely the object's.
+inline void keep_sure(const DepthObject& object, Instance& refined) {
+  for (cv::Point at; at.y < refined.mask.rows; ++at.y) {
+    for (at.x = 0; at.x < refined.mask.cols; ++at.x) {
+      const cv::Point pixel = at + refined.mask_origin;
+      const double depth_m = object.frame->depth_at(object.depth_pixel_of(pixel));
+      if (!object.is_sure(pixel, depth_m)) refined.mask.at<std::uint8_t>(at) = 0;
+    }
+  }
+}
+
 }  // namespace detail
 
 /// Returns the segmentation with the masks of dynamic objects corrected by the frame's depth. A
 /// mask becomes the fresh mask and the pixels that belong to the object, by the surface there or
-/// because rule `depth` would remove a feature there. Hand over the filter's culler and options.
-/// Objects whose depth is not known, and all without a depth image, keep their masks. Throws
-/// std::invalid_argument for malformed input or options. O(pixels).
+/// because rule `depth` would remove a feature there. Where fresh masks would leave less than two
+/// fifths of the pixels with depth, only what is surely the object's is added: near its depth or
+/// its mask. Hand over the filter's culler and options. Objects whose depth is not known, and all
+/// without a depth image, keep their masks. Throws std::invalid_argument for malformed input or
+/// options. O(pixels).
 inline Segmentation refined(const FrameView& view, const Segmentation& segmentation,
                             const MaskCuller& culler = MaskCuller(),
                             const DepthCompensatorOptions& options = {}) {
@@ -74,6 +89,14 @@ inline Segmentation refined(const FrameView& view, const Segmentation& segmentat
     const cv::Rect area = frame.is_stale ? object.extent : object.extent | object.masked();
     result.instances[object.k].mask = detail::refined_mask(rule, object, area);
     result.instances[object.k].mask_origin = area.tl();
+  }
+  constexpr double min_left_share = 0.4;  // A larger one keeps more of what moves.
+  const cv::Mat known = view.depth > 0;
+  const cv::Mat left = known & (detail::dynamic_pixels(known.size(), result, culler) == 0);
+  const bool is_cautious = options.min_kept_share > 0 && !frame.is_stale &&
+                           cv::countNonZero(left) < min_left_share * cv::countNonZero(known);
+  for (std::size_t i = 0; i < objects.size() && is_cautious; ++i) {
+    detail::keep_sure(objects[i], result.instances[objects[i].k]);
   }
   return result;
 }

@@ -273,6 +273,24 @@ TEST(DepthCompensator, RefinedMaskCoversTheLimb) {
   }
 }
 
+/// Where little would be left, only what is near the object's depth or its mask is added.
+TEST(DepthCompensator, RefinesWithCautionWhereLittleIsLeft) {
+  DepthScene scene;
+  for (const cv::Rect& other : {cv::Rect(0, 0, 240, 480), cv::Rect(450, 0, 190, 480)}) {
+    EXPECT_TRUE(scene.refined().covers({390, 210}));
+    scene.set_depth(other, 1.5);
+    scene.set_depth(scene.limb, 1.9);
+    scene.segmentation.instances.push_back(Instance::from_box(other, 0, 0.8F));
+  }
+  EXPECT_FALSE(scene.refined().covers({390, 210}));
+  EXPECT_TRUE(scene.refined().covers({363, 210})) << "beside the mask";
+  scene.options.min_kept_share = 0;
+  EXPECT_TRUE(scene.refined().covers({390, 210})) << "caution is switched off";
+  scene.options.min_kept_share = 0.3;
+  scene.set_depth(scene.limb, 1.55);
+  EXPECT_TRUE(scene.refined().covers({390, 210})) << "at the object's depth";
+}
+
 TEST(DepthCompensator, RefinesEachInstanceByItsOwnDepth) {
   DepthScene scene;
   const cv::Rect other(40, 150, 80, 250);

@@ -64,6 +64,14 @@ struct DepthObject {
     return metres > 0 && std::abs(metres - depth_m) <= frame->half_width_m;
   }
 
+  /// Whether a pixel of this depth, 0 where it is unknown, is surely the object's: near its depth
+  /// or its fresh mask.
+  bool is_sure(cv::Point pixel, double metres) const {
+    constexpr double sure_m = 0.1, sure_px = 4;  // With more, caution keeps less.
+    return (metres > 0 && std::abs(metres - depth_m) <= sure_m) ||
+           is_beside_mask(pixel, sure_px * frame->scale);
+  }
+
   /// Returns the part of the image that the mask spans.
   cv::Rect masked() const {
     return clip({instance->mask_origin, instance->mask.size()}, frame->size);
