@@ -233,7 +233,7 @@ ImageLists read_colour_lists(const fs::path& folder) {
     const std::string advice = advice_for(entry->path());
     if (advice.empty()) continue;
     const std::string name = entry->path().lexically_relative(folder).string();
-    throw_file_error(folder, what + "; " + name + " is " + advice);
+    throw_file_error(folder, what.append("; ").append(name).append(" is ").append(advice));
   }
   throw_file_error(folder, what +
                                ". Folders called masks, labels, confidence or the like are "
