@@ -81,15 +81,31 @@ std::optional<Planes> prototypes_of(const NamedTensor* output, const cv::Size& i
   return fits(0) ? std::optional<Planes>(Planes{}) : std::nullopt;
 }
 
+/// Tells whether a detector's rows have objectness although cells have one anchor: YOLOv6's is 1.
+/// Throws std::runtime_error for YOLOX, of whose 85 columns the fifth is no class either, and whose
+/// raw sizes are logarithms.
+bool is_yolo6(const NamedTensor& output, int rows) {
+  const bool has_rows = output.data.size[1] == rows && output.data.size[2] > 5;
+  if (!has_rows) return false;
+  const Table table = rows_first(output.data);
+  if (cv::countNonZero(table.col(4) != 1) == 0) return true;
+  const bool is_yolox = table.cols == 85 || cv::countNonZero(table.colRange(2, 4) < 0) > 0;
+  if (!is_yolox) return false;
+  throw std::runtime_error(output.name +
+                           " is YOLOX's, [1, N, 5+C], which wants images in BGR, from 0 to 255; "
+                           "run it in its own process");
+}
+
 /// Binds one output: boxes, scores and, of a segmentation network, coefficients side by side.
 YoloOutputs bind_single(const NamedTensor& output, const NamedTensor* prototypes,
                         const cv::Size& input) {
   constexpr int v5_anchors = 3;  // YOLOv5 has so many for each cell
   const int anchors = anchor_count(input);
+  const bool is_v6 = prototypes == nullptr && is_yolo6(output, anchors);
   const struct {
     YoloHead head;
     int rows, box_columns;
-  } forms[] = {{YoloHead::decoded, anchors, 4},
+  } forms[] = {{is_v6 ? YoloHead::with_objectness : YoloHead::decoded, anchors, is_v6 ? 5 : 4},
                {YoloHead::with_objectness, v5_anchors * anchors, 5},
                {YoloHead::end_to_end, output.data.size[1], 4}};
   for (const auto& [head, rows, box_columns] : forms) {

@@ -40,7 +40,7 @@ struct YoloOutputs {
 /// coefficients). With P prototypes, N anchors and C classes:
 ///   [1, P, h, w] or [1, h, w, P]                   prototypes; without them, P is 0: a detector
 ///   [1, 4+C+P, N] or [1, N, 4+C+P]                 decoded
-///   [1, 3N, 5+C+P] or [1, 5+C+P, 3N]               with_objectness
+///   [1, 3N, 5+C+P] or [1, 5+C+P, 3N]               with_objectness; YOLOv6: [1, N, 5+C]
 ///   [1, 4B, N], [1, C, N], [1, P, N]               raw, with B bins a side; also each turned
 ///   [1, K, 6+P]                                    end-to-end
 /// Throws std::runtime_error that says which outputs there are and what is missing.

@@ -41,6 +41,7 @@ TEST_F(BadModels, AreRefusedByName) {
                  "is no known kind of network by its outputs, output0 [1, 3, 4, 16]. YOLACT: ");
   expect_refused(model("yolact_odd"),
                  "it has 344 priors; YOLACT has 258, YOLACT++ 774 for an input of 64x64");
+  expect_refused(model("bad_yolox"), "output0 is YOLOX's");
   expect_refused(model("bad_outputs"), "Semantic: output0 is no image [1, C, rows, columns]");
 }
 

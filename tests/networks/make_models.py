@@ -223,7 +223,7 @@ def yolo_v5(folder):
 
 
 def yolo_detectors(folder):
-    """The objects of yolo_end_to_end, in the outputs of YOLOv8, v5 and YOLO26 without masks."""
+    """The objects of yolo_end_to_end, in the outputs of YOLOv8, v5, v6 and YOLO26 without masks."""
     rows = np.zeros((4 + len(CLASSES), ANCHORS))
     rows[:, 7] = [16, 16, 32, 32, 0, 0.5]
     rows[:, 9] = [48, 16, 32, 32, 0.75, 0]
@@ -232,6 +232,12 @@ def yolo_detectors(folder):
     rows[7] = [16, 16, 32, 32, 0.5, 0, 1]
     rows[9] = [48, 16, 32, 32, 0.75, 1, 0]
     constant_rows(folder, "yolo_detector_v5", rows, has_masks=False)
+    rows = np.ones((ANCHORS, 5 + len(CLASSES)))
+    rows[:, 5:] = 0
+    rows[7, [0, 1, 2, 3, 6]] = [16, 16, 32, 32, 0.5]
+    rows[9, [0, 1, 2, 3, 5]] = [48, 16, 32, 32, 0.75]
+    constant_rows(folder, "yolo_detector_v6", rows, has_masks=False)
+    constant_rows(folder, "bad_yolox", rows - 2.0, has_masks=False)
     rows = np.zeros((3, 6))
     rows[0] = [0, 0, 32, 32, 0.5, 1]
     rows[1] = [32, 0, 64, 32, 0.75, 0]

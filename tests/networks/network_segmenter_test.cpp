@@ -261,7 +261,8 @@ TEST_F(NetworkSegmenterTest, AcceptsEndToEndModels) {
 }
 
 TEST_F(NetworkSegmenterTest, DetectorsGiveBoxesAlone) {
-  for (const char* name : {"yolo_detector", "yolo_detector_v5", "yolo_detector_end_to_end"}) {
+  for (const char* name :
+       {"yolo_detector", "yolo_detector_v5", "yolo_detector_v6", "yolo_detector_end_to_end"}) {
     SCOPED_TRACE(name);
     const Segmentation found = segment(name, black_image({128, 128}));
     ASSERT_EQ(found.instances.size(), 2U);

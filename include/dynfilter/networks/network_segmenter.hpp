@@ -7,8 +7,8 @@
 ///
 /// - YOLO-seg, with prototypes [1, P, h, w]: [1, 4+C+P, N] (YOLOv8, YOLO11), [1, 3N, 5+C+P] (v5),
 ///   [1, K, 6+P] (YOLO26), or three heads by examples/cut_yolo_heads.py. Input: RGB, letterboxed.
-/// - YOLO detectors, the same without prototypes: P = 0, two heads. Instances have boxes alone, of
-///   which CompensationRule::depth makes masks.
+/// - YOLO detectors, the same without prototypes: P = 0, two heads, or YOLOv6's [1, N, 5+C].
+///   Instances have boxes alone, of which CompensationRule::depth makes masks.
 /// - YOLACT and YOLACT++: locations [1, N, 4], confidences [1, N, C+1], coefficients [1, N, P],
 ///   prototypes, optionally priors [N, 4]. Input: RGB, stretched, normalised as for ResNet. A
 ///   YOLACT++ has its deformable convolutions as layers DCNv2, DeformConv (ONNX 19) or mmcv's
