@@ -43,12 +43,13 @@ struct PlaceSummary {
   std::optional<InputFinding> about_features(const cv::Size& image) const;
   std::optional<InputFinding> about_boxes() const;
 
-  Series reach;                 // of the features: greatest x or y, as a share of the image's side
-  Series outside, turned;       // shares of the features outside the image; with x and y exchanged
-  double boxes = 0, apart = 0;  // apart: do not touch their masks
+  Series reach;            // of the features: greatest x or y, as a share of the image's side
+  Series outside, turned;  // shares of the features outside the image; with x and y exchanged
+  double boxes = 0;
   /// Boxes that fit neither mask nor image as they are, but if read as normalised, with y before x,
-  /// with corners for sizes, with sizes for corners, or of another mask.
-  std::array<double, 5> readings{};
+  /// with corners for sizes, with sizes for corners, or of another mask; and those that touch
+  /// neither.
+  std::array<double, 6> readings{};
 };
 
 /// What the frames so far show, as far as they can. "People" are instances of dynamic classes.

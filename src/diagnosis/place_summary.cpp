@@ -52,12 +52,13 @@ void PlaceSummary::add_boxes(const Segmentation& masks, const cv::Size& image) {
       const cv::Rect2d whole({}, cv::Size2d(image));
       const bool is_in = image.empty() || (box & whole).area() > 0.9 * box.area();
       readings[1] += !is_in && (turned_box & whole) == turned_box ? 1 : 0;
+      readings[5] += !is_in && (box & whole).empty() ? 1 : 0;
     } else if (intersection_over_union(box, around(one)) < poor) {
       const auto fits = [&, mask = around(one)](const cv::Rect2d& other) {
         return intersection_over_union(other, mask) > good;
       };
       const cv::Point2d a = box.tl(), b = box.br();  // cv::Rect has sorted their coordinates
-      apart += (box & around(one)).empty() ? 1 : 0;
+      readings[5] += (box & around(one)).empty() ? 1 : 0;
       readings[1] += fits(turned_box) ? 1 : 0;
       readings[2] += fits({a, cv::Point2d(box.width, box.height)}) ? 1 : 0;
       readings[3] += fits({a.x, a.y, b.x, b.y}) || fits({b.x, a.y, a.x, b.y}) ||
@@ -93,21 +94,19 @@ std::optional<InputFinding> PlaceSummary::about_features(const cv::Size& image) 
 
 std::optional<InputFinding> PlaceSummary::about_boxes() const {
   constexpr const char* causes[] = {
-      "they are normalised: give pixels", "y comes before x: give x first",
-      "their sizes are corners: give width and height, or name both corners",
-      "their corners are sizes: give x1, y1, x2, y2, or name width and height",
-      "they come in another order than the masks: give each mask its own"};
+      ", because they are normalised: give pixels",
+      ", because y comes before x: give x first",
+      ", because their sizes are corners: give width and height, or name both corners",
+      ", because their corners are sizes: give x1, y1, x2, y2, or name width and height",
+      ", because they come in another order than the masks: give each mask its own",
+      ": give both in pixels of the image, and each mask its own box"};
   const double all = std::max(boxes, double{min_checked_frames});
   for (std::size_t k = 0; k < readings.size(); ++k) {
-    if (readings[k] > 0.15 * all)
-      return InputFinding{"boxes", percent(readings[k] / all) +
-                                       " of the boxes fit neither mask nor image, because " +
-                                       causes[k]};
+    if (readings[k] <= (k < 5 ? 0.15 : 0.5) * all) continue;
+    return InputFinding{"boxes", percent(readings[k] / all) +
+                                     " of the boxes fit neither mask nor image" + causes[k]};
   }
-  if (apart < all / 2) return {};
-  return InputFinding{"boxes", percent(apart / all) +
-                                   " of the boxes do not touch their masks: give both in pixels of "
-                                   "the image, and each mask its own box"};
+  return {};
 }
 
 }  // namespace dynfilter::detail

@@ -85,6 +85,8 @@ FoundImages images_in(const fs::path& folder, Kind above, std::set<fs::path>& se
       folders.emplace_back(path, kind);
     } else if (is_image_name(path.string()) && entry.is_regular_file(broken)) {
       add_image(path, kind, found);
+    } else if (kind == Kind::depth && !advice_for(path).empty()) {
+      found.other_depth = std::max(found.other_depth, path);
     }
   }
   for (auto* images : {&found.colour, &found.depth, &found.deep}) {
@@ -103,6 +105,7 @@ FoundImages images_in(const fs::path& folder, Kind above, std::set<fs::path>& se
     append(below.depth, found.depth);
     append(below.deep, found.deep);
     found.shallow_depth += below.shallow_depth;
+    if (found.other_depth.empty()) found.other_depth = below.other_depth;
   }
   return found;
 }
@@ -129,7 +132,7 @@ std::string advice_for(const fs::path& file) {
       {".mp4 .mov .avi .mkv .webm .m4v ", "a film: mkdir color; ffmpeg -i FILE color/%06d.png"},
       {".heic .heif ", "a phone's image: mogrify -format jpg *.heic"},
       {".dng .cr2 .nef .arw ", "a camera's raw image: write it as JPEG or PNG"},
-      {".exr .npy .npz .h5 .hdf5 ",
+      {".exr .npy .npz .h5 .hdf5 .depth ",
        "an array: write colour as PNG of 8 bits, and depth as PNG of 16 bits, millimetres, by "
        "cv2.imwrite"},
       {".zip .tar .gz .tgz .7z .rar .bz2 .xz ", "an archive: unpack it"},

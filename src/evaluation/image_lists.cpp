@@ -8,6 +8,7 @@
 #include <initializer_list>
 #include <map>
 #include <optional>
+#include <set>
 #include <system_error>
 #include <utility>
 
@@ -162,7 +163,10 @@ std::size_t pair_by_key(const std::vector<fs::path>& depths, const fs::path& fol
 std::string count_text(const std::vector<fs::path>& files, const char* kind,
                        const fs::path& folder) {
   const fs::path place = files.front().parent_path(), inside = place.lexically_relative(folder);
+  std::set<fs::path> places;
+  for (const fs::path& file : files) places.insert(file.parent_path());
   return concatenate(files.size(), ' ', kind, files.size() == 1 ? " image" : " images", " of ",
+                     places.size() > 1 ? concatenate(places.size(), " folders, first ") : "",
                      inside == "." ? place.string() : inside.string() + "/");
 }
 
@@ -170,7 +174,6 @@ std::string count_text(const std::vector<fs::path>& files, const char* kind,
 void add_found_depth(const FoundImages& found, const fs::path& folder, ImageLists& lists) {
   std::vector<fs::path> images;
   for (const ListedFrame& frame : lists.frames) images.push_back(frame.image.path);
-  if (found.depth.empty() && found.shallow_depth == 0) return;
   lists.note = count_text(images, "colour", folder);
   if (!found.depth.empty()) {
     lists.note += ", " + count_text(found.depth, "depth", folder);
@@ -187,7 +190,11 @@ void add_found_depth(const FoundImages& found, const fs::path& folder, ImageList
   }
   if (found.shallow_depth > 0) {
     lists.note += concatenate("; ", found.shallow_depth,
-                              " images called depth have 8 bits, and are not used");
+                              " images called depth have 8 bits, and are not used: want 16");
+  }
+  if (!lists.has_depth() && !found.other_depth.empty()) {
+    lists.note += "; " + found.other_depth.lexically_relative(folder).string() + " is " +
+                  advice_for(found.other_depth);
   }
 }
 
@@ -270,7 +277,6 @@ ImageLists read_image_lists(const fs::path& folder) {
   }
   if (found.colour.empty()) throw_no_images(folder, found);
   lists.frames = by_name(found.colour, folder);
-  lists.note = count_text(found.colour, "colour", folder);
   add_found_depth(found, folder, lists);
   return lists;
 }

@@ -41,6 +41,7 @@ struct FoundImages {
   std::vector<std::filesystem::path> colour, depth;
   std::vector<std::filesystem::path> deep;  // of 16 bits and one channel, without a word on depth
   std::size_t shallow_depth = 0;            // called depth, and of 8 bits
+  std::filesystem::path other_depth;        // a file called depth for which there is advice
 };
 
 /// Looks for images in a folder and, if it holds none in colour, in those inside. Images are told

@@ -89,7 +89,7 @@ std::vector<RunRecord> run_scene(const AblationPlan& plan, const SceneSpec& scen
                                              folder_of(plan, scene, rule)));
   }
   const odometry::OrbExtractor extractor(settings.features);
-  SourceChecks checks(source.facts().camera, settings);
+  SourceChecks checks(source.facts(), settings.mask_culler, settings.features);
   for (std::size_t i = 0; source.has(i); i += plan.settings.every) {
     const SourceFrame frame = source.read(i);
     const ExtractedFeatures features = extract_features(extractor, frame.frame.image);
@@ -128,9 +128,7 @@ std::vector<RunRecord> run_all(const AblationPlan& plan) {
 struct AblateOptions {
   std::vector<std::filesystem::path> sequences;
   std::vector<std::string> degradations;  // of the sequences' masks; none: unchanged
-  std::filesystem::path masks, camera;    // of the only sequence; empty: its own
-  bool keeps_missing = false;             // whether frames may lack masks
-  std::optional<double> depth_offset_s;
+  SceneSpec recording;                    // options that all sequences share
   std::vector<int> features = {1000};
   std::vector<std::string> levels;
   std::string seeds = "1-5";
@@ -161,7 +159,7 @@ std::vector<std::uint64_t> seeds_of(const std::string& text) {
 AblationPlan plan_of(const AblateOptions& options) {
   AblationPlan plan = options.plan;
   plan.settings.mask_culler.dynamic_classes = class_ids(plan.settings.classes, nullptr);
-  if (!options.masks.empty() && options.sequences.size() != 1) {
+  if (!options.recording.masks.empty() && options.sequences.size() != 1) {
     throw CLI::ValidationError("--masks needs one SEQUENCE, whose masks it replaces");
   }
   plan.settings.features = options.features[0];
@@ -172,12 +170,8 @@ AblationPlan plan_of(const AblateOptions& options) {
     }
   };
   for (const std::filesystem::path& sequence : options.sequences) {
-    SceneSpec scene;
+    SceneSpec scene = options.recording;
     scene.sequence = sequence;
-    scene.masks = options.masks;
-    scene.keeps_missing = options.keeps_missing;
-    scene.camera = options.camera;
-    scene.depth_offset_s = options.depth_offset_s;
     if (options.degradations.empty()) add(scene);
     for (const std::string& how : options.degradations) {
       scene.degraded = how;
@@ -243,13 +237,7 @@ void add_ablate_command(CLI::App& program) {
       "OUT/<scene>/<rule>.");
   CLI::Option* sequences =
       command->add_option("SEQUENCES", options->sequences, "folders of sequences");
-  add_missing_masks_option(*command, options->keeps_missing)->needs(sequences);
-  command->add_option("--masks", options->masks,
-                      "folder of the masks of one SEQUENCE [SEQUENCE/masks]; dynfilter masks makes "
-                      "them\nwith --model or --remote");
-  command->add_option("--camera", options->camera,
-                      "camera file of the SEQUENCES, or its name, such as tum3 "
-                      "[SEQUENCE/camera.yaml]");
+  add_recording_options(*command, options->recording, sequences);
   command
       ->add_option("--degrade", options->degradations,
                    "make the sequences' masks worse, and use the original ones as the truth:\n"
@@ -259,7 +247,6 @@ void add_ablate_command(CLI::App& program) {
       ->allow_extra_args(false)
       ->check(some_name("DEGRADATION", Degradation::parse))
       ->needs(sequences);
-  add_depth_offset_option(*command, options->depth_offset_s)->needs(sequences);
   CLI::Option* levels =
       command
           ->add_option("--levels", options->levels,

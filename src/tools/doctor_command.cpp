@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -36,11 +37,13 @@ constexpr std::size_t checked_frames = 150;  // the first ones
 constexpr std::size_t checked_masks = 30;    // of a folder without a sequence
 
 struct DoctorOptions {
-  std::filesystem::path sequence, camera, settings;
+  SceneSpec scene;
+  std::filesystem::path settings;
 };
 
 enum class Condition {
   fine,
+  note,   // what was taken, or left out
   odd,    // usable, but look at it
   broken  // not usable before it is mended
 };
@@ -50,7 +53,7 @@ struct Findings {
   /// Adds what was found, once, and what to do about it.
   void add(Condition condition, const std::string& what, const std::string& mend = {}) {
     if (text.find(what) != std::string::npos) return;
-    const char* const names[] = {"fine  ", "odd   ", "broken"};
+    const char* const names[] = {"fine  ", "note  ", "odd   ", "broken"};
     text += std::string(names[static_cast<int>(condition)]) + "  " + what + '\n';
     if (!mend.empty()) text += "        -> " + mend + '\n';
     is_broken = is_broken || condition == Condition::broken;
@@ -70,7 +73,7 @@ void add_findings(const std::vector<InputFinding>& findings, Findings& found) {
 /// Runs the checks over the first frames that can be read and have masks.
 void check_frames(FrameSource& source, Findings& found) {
   const RunSettings settings;
-  SourceChecks checks(source.facts().camera, settings);
+  SourceChecks checks(source.facts(), settings.mask_culler, settings.features);
   const odometry::OrbExtractor extractor(settings.features);
   std::vector<std::string> errors;
   std::size_t looked_at = 0, without_masks = 0;
@@ -100,8 +103,7 @@ void check_frames(FrameSource& source, Findings& found) {
   if (without_masks > 0) {
     found.add(Condition::broken,
               detail::concatenate(without_masks, " of ", source.size(), " frames have no mask"),
-              "masks are named by their images' times; `dynfilter masks` makes them, and `run` "
-              "stops where one is missing");
+              "`dynfilter masks` makes them; --missing-masks keep lets these frames show nobody");
   }
   found.add(Condition::fine, detail::concatenate(looked_at - errors.size(), " of ", source.size(),
                                                  " frames were checked"));
@@ -121,11 +123,9 @@ void run_check(Findings& found, const Check& check) {
 Findings examine_sequence(const DoctorOptions& options) {
   Findings found;
   run_check(found, [&] {
-    SceneSpec scene;
-    scene.sequence = options.sequence;
-    scene.camera = options.camera;
-    const auto source = scene.open(Truth::by_class);
-    if (!source->facts().note.empty()) found.add(Condition::odd, source->facts().note);
+    const auto source = options.scene.open(Truth::by_class);
+    std::istringstream notes(source->facts().note);
+    for (std::string note; std::getline(notes, note);) found.add(Condition::note, note);
     if (source->facts().masks_name.empty()) {
       found.add(Condition::odd, "no masks/", "make masks, see `dynfilter masks --help`");
     }
@@ -216,7 +216,8 @@ void doctor(const DoctorOptions& options) {
     std::printf("\n%s\n%s", path.c_str(), found.text.c_str());
     if (found.is_broken) unusable += (unusable.empty() ? "" : " and ") + path.string();
   };
-  if (!options.sequence.empty()) report(options.sequence, examine_sequence(options));
+  const std::filesystem::path& sequence = options.scene.sequence;
+  if (!sequence.empty()) report(sequence, examine_sequence(options));
   if (!options.settings.empty()) report(options.settings, examine_settings(options.settings));
   std::fflush(stdout);  // before the error that refers to it
   if (!unusable.empty()) throw std::runtime_error(unusable + " cannot be used as it is, see above");
@@ -231,11 +232,8 @@ void add_doctor_command(CLI::App& program) {
       "Say what this program can do here, and what is odd about a sequence, or about the settings "
       "of\nthe plugin for ORB-SLAM. Changes nothing.");
   CLI::Option* sequence =
-      command->add_option("SEQUENCE", options->sequence, "folder of the sequence to examine");
-  command
-      ->add_option("--camera", options->camera,
-                   "camera file, or tum1, tum2, tum3 or bonn [SEQUENCE/camera.yaml]")
-      ->needs(sequence);
+      command->add_option("SEQUENCE", options->scene.sequence, "folder of the sequence to examine");
+  add_recording_options(*command, options->scene, sequence);
   command->add_option(
       "--settings", options->settings,
       "the host's settings file, whose keys dynfilter.* the plugin reads; relative\n"

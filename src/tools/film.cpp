@@ -5,15 +5,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
 
 #include <opencv2/core/utility.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "evaluation/image_lists.hpp"
 #include "io/file_error.hpp"
 #include "io/frame_names.hpp"
+#include "recorded_masks.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -46,11 +49,11 @@ class Film final : public FrameSource {
     const double count = film_.get(cv::CAP_PROP_FRAME_COUNT), fps = film_.get(cv::CAP_PROP_FPS);
     facts_.frames = is_camera_ || !(count >= 1) ? camera_frames : static_cast<std::size_t>(count);
     if (fps > 0 && fps < 1e6) frame_s_ = 1 / fps;
-    if (!spec.camera.empty()) facts_.camera = read_camera(spec.camera);
+    if (!spec.reading.camera_file.empty()) facts_.camera = read_camera(spec.reading.camera_file);
     facts_.has_depth = facts_.has_true_masks = false;
-    facts_.note = "no depth images, so masks act alone";
+    if (!spec.is_for_masks) facts_.note = "no depth images, so masks act alone";
     if (!spec.masks.empty() && spec.reads_masks) {
-      masks_.emplace(spec.masks);
+      masks_.emplace(open_masks(spec.masks, times(), spec.keeps_missing));
       masks_folder_ = spec.masks;
       facts_.masks_name = spec.masks.string();
     }
@@ -73,9 +76,9 @@ class Film final : public FrameSource {
       detail::throw_file_error(name_, "has no frame " + std::to_string(i));
     }
     frame.id = i;
-    frame.timestamp_s = is_camera_ ? time_s_ : static_cast<double>(i) * frame_s_;
+    frame.timestamp_s = is_camera_ ? time_s_ : time_of(i);
     SourceFrame read{detail::time_text(frame.timestamp_s), frame, frame.timestamp_s, {}, {}, {}, 0};
-    if (masks_) read.masks = masks_->segment(frame);
+    if (masks_) read.masks = masks_->of(frame);
     return read;
   }
 
@@ -89,10 +92,22 @@ class Film final : public FrameSource {
   }
 
  private:
+  double time_of(std::size_t i) const { return static_cast<double>(i) * frame_s_; }
+
+  /// Returns the times of frames by what their masks are called: those times, or as YOLO counts.
+  std::map<std::string, double> times() const {
+    std::map<std::string, double> times;
+    for (std::size_t i = 0; i < size(); ++i) {
+      times[detail::time_text(time_of(i))] = time_of(i);
+      times[detail::concatenate(name_.stem().string(), '_', i + 1)] = time_of(i);
+    }
+    return times;
+  }
+
   fs::path name_, masks_folder_;
   bool is_camera_;
   cv::VideoCapture film_;
-  std::optional<MaskFolderSegmenter> masks_;
+  std::optional<RecordedMasks> masks_;
   double frame_s_ = 1.0 / 30, time_s_ = 0;
   std::size_t next_ = 0;  // number of the frame to grab
   cv::TickMeter clock_;

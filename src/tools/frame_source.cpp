@@ -93,20 +93,39 @@ Segmentation persons_of(Segmentation segmentation) {
   return segmentation;
 }
 
+/// Adds the files and folders that a sequence is read from, masks excepted.
+void add_sequence_inputs(const RgbdSequence& sequence, Inputs& inputs) {
+  inputs.add(sequence.folder());
+  for (const auto& entry : std::filesystem::directory_iterator(sequence.folder())) {
+    if (!entry.is_directory()) inputs.add(entry.path());  // lists, camera, truth
+  }
+  std::set<std::filesystem::path> folders;
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    for (const auto& file : {sequence.entry(i).image_path, sequence.entry(i).depth_path}) {
+      inputs.add(file);
+      if (!file.empty()) folders.insert(file.parent_path());
+    }
+  }
+  for (const std::filesystem::path& folder : folders) {
+    // Masks and results may lie in the sequence's own folder.
+    const bool is_own = std::filesystem::equivalent(folder, sequence.folder());
+    if (!is_own) inputs.add_folder(folder);
+  }
+}
+
 class Recording final : public FrameSource {
  public:
   Recording(const SceneSpec& spec, Truth truth)
-      : sequence_(spec.sequence, {0.02, spec.camera, spec.depth_offset_s}),
-        camera_file_(spec.camera),
-        degraded_(Degradation::parse(spec.degraded)),
-        keeps_missing_(spec.keeps_missing) {
+      : spec_(spec),
+        sequence_(spec.sequence, spec.reading),
+        degraded_(Degradation::parse(spec.degraded)) {
     facts_.frames = sequence_.size();
     facts_.camera = sequence_.camera();
     facts_.has_depth = sequence_.has_depth();
     facts_.depth_offset_s = sequence_.depth_offset_s();
     const auto given = spec.masks.empty() ? sequence_.masks_folder() : spec.masks;
     if (given && spec.reads_masks) {
-      masks_.emplace(open_masks(*given, sequence_, keeps_missing_));
+      masks_.emplace(open_masks(*given, sequence_.times_by_stem(), spec_.keeps_missing));
       masks_folder_ = *given;
       facts_.masks_name = given->string() + (spec.degraded.empty() ? "" : ", " + spec.degraded);
     }
@@ -114,45 +133,35 @@ class Recording final : public FrameSource {
       if (!masks_) throw std::runtime_error("there are no masks to degrade");
       facts_.rim_px = degraded_rim_px;
     }
-    if (const auto folder = sequence_.true_masks_folder()) {
-      true_masks_.emplace(*folder, mask_options(sequence_));
-    }
-    facts_.has_true_masks = true_masks_ || !degraded_.name.empty();
-    if (truth == Truth::by_motion) open_moving_masks();
-    const auto add_note = [&](const std::string& text) {
-      facts_.note += (facts_.note.empty() || text.empty() ? "" : "\n") + text;
-    };
     add_note(sequence_.note());
     if (masks_) add_note(masks_->note);
-    if (const std::size_t missing = keeps_missing_ ? missing_masks() : 0; missing > 0) {
-      add_note(detail::concatenate(missing, " of ", sequence_.size(),
+    for (std::size_t i = 0; masks_ && i < sequence_.size(); ++i) {
+      without_masks_ += masks_->has_mask(sequence_.entry(i).timestamp_s) ? 0 : 1;
+    }
+    if (without_masks_ > 0 && spec_.keeps_missing) {
+      add_note(detail::concatenate(without_masks_, " of ", sequence_.size(),
                                    " frames have no mask, and masks remove nothing in them "
                                    "(--missing-masks keep)"));
     }
-    if (!facts_.has_depth) add_note("no depth images, so masks act alone");
-    if (sequence_.unpaired() > 0) {
+    if (sequence_.unpaired() > 0 && !spec.reading.keeps_unpaired) {
       add_note(detail::concatenate(sequence_.unpaired(), " of ",
                                    sequence_.unpaired() + sequence_.size(),
                                    " images have no depth at their time, and are left out"));
     }
-    if (const auto file = sequence_.groundtruth_file()) {
-      TrajectoryFile read = read_trajectory_file(*file);
-      add_note(trajectory_note(*file, read.flaws));
-      facts_.trajectory = std::move(read.trajectory);
-    }
+    if (!spec_.is_for_masks) open_truth(truth);
   }
 
   SourceFrame read(std::size_t i) override {
     const RgbdSequenceEntry& entry = sequence_.entry(i);
     SourceFrame frame{entry.stem, sequence_.read(i), entry.depth_timestamp_s, {}, {}, {}, 0};
     const cv::Size size = frame.frame.image.size();
-    if (image_size_.empty()) image_size_ = size;
+    if (image_size_.empty() || spec_.is_for_masks) image_size_ = size;
     if (size != image_size_) {
       detail::throw_file_error(entry.image_path, detail::size_name(size) +
                                                      " pixels, but earlier images have " +
                                                      detail::size_name(image_size_));
     }
-    frame.masks = masks_of(frame.frame);
+    if (masks_) frame.masks = masks_->of(frame.frame);
     if (true_masks_) frame.true_masks = true_masks_->segment(frame.frame);
     if (frame.masks && !degraded_.name.empty()) degrade(frame, i);
     if (moving_masks_) frame.moving_masks = moving_masks_->segment(frame.frame);
@@ -164,16 +173,18 @@ class Recording final : public FrameSource {
     const auto require = [&](bool has_mask, const std::optional<std::filesystem::path>& folder,
                              const std::string& mend = {}) {
       if (has_mask) return;
-      detail::throw_file_error(*folder / (detail::time_text(entry.timestamp_s) + ".png"),
+      detail::throw_file_error(*folder / (entry.stem + ".png"),
                                "there is no such mask; frame " + entry.stem + " needs it" + mend);
     };
     const double time_s = entry.timestamp_s;
     const double used_s = sequence_.entry(degraded_.name == "late" ? earlier(i) : i).timestamp_s;
-    if (masks_ && !keeps_missing_ && !(masks_->has_mask(time_s) && masks_->has_mask(used_s))) {
+    if (masks_ && !spec_.keeps_missing && !(masks_->has_mask(time_s) && masks_->has_mask(used_s))) {
       require(false, masks_folder_,
-              detail::concatenate("; ", missing_masks(), " of ", sequence_.size(),
-                                  " frames have none: make them, or let masks remove nothing there "
-                                  "by --missing-masks keep"));
+              detail::concatenate(
+                  "; ", without_masks_, " of ", sequence_.size(), " frames have none: ",
+                  without_masks_ == sequence_.size()
+                      ? "are they another recording's, or named by another clock?"
+                      : "make them, or let masks remove nothing there by --missing-masks keep"));
     }
     if (true_masks_) require(true_masks_->has_mask(time_s), sequence_.true_masks_folder());
     if (moving_masks_) require(moving_masks_->has_mask(time_s), sequence_.moving_masks_folder());
@@ -183,11 +194,14 @@ class Recording final : public FrameSource {
     return masks_ ? masks_->values() : std::vector<int>();
   }
 
+  const RgbdSequence* sequence() const override { return &sequence_; }
+
   void add_inputs(Inputs& inputs) const override {
     add_sequence_inputs(sequence_, inputs);
-    inputs.add(camera_file_);
+    inputs.add(spec_.reading.camera_file);
     inputs.add(masks_folder_);  // which may be a file
     inputs.add_folder(masks_folder_);
+    if (spec_.is_for_masks) return;  // which may replace the sequence's own
     for (const auto& masks : {sequence_.masks_folder(), sequence_.true_masks_folder(),
                               sequence_.moving_masks_folder()}) {
       if (masks) inputs.add_folder(*masks);
@@ -195,6 +209,26 @@ class Recording final : public FrameSource {
   }
 
  private:
+  void add_note(const std::string& text) {
+    facts_.note += (facts_.note.empty() || text.empty() ? "" : "\n") + text;
+  }
+
+  void open_truth(Truth truth) {
+    if (const auto folder = sequence_.true_masks_folder()) {
+      MaskFolderOptions options;
+      options.frame_times = sequence_.times_by_stem();
+      true_masks_.emplace(*folder, options);
+    }
+    facts_.has_true_masks = true_masks_ || !degraded_.name.empty();
+    if (truth == Truth::by_motion) open_moving_masks();
+    if (!facts_.has_depth) add_note("no depth images, so masks act alone");
+    if (const auto file = sequence_.groundtruth_file()) {
+      TrajectoryFile read = read_trajectory_file(*file);
+      add_note(trajectory_note(*file, read.flaws));
+      facts_.trajectory = std::move(read.trajectory);
+    }
+  }
+
   void open_moving_masks() {
     const auto folder = sequence_.moving_masks_folder();
     if (!folder) {
@@ -202,22 +236,10 @@ class Recording final : public FrameSource {
                                "there is no such folder; truth by motion needs the masks of what "
                                "moves, as dynfilter synth writes them");
     }
-    MaskFolderOptions options = mask_options(sequence_);
+    MaskFolderOptions options;
+    options.frame_times = sequence_.times_by_stem();
     options.box_margin_px = 0;  // the masks are exact
     moving_masks_.emplace(*folder, options);
-  }
-
-  std::optional<Segmentation> masks_of(const FrameView& frame) {
-    if (!masks_ || (keeps_missing_ && !masks_->has_mask(frame.timestamp_s))) return {};
-    return masks_->segmenter->segment(frame);
-  }
-
-  std::size_t missing_masks() const {
-    std::size_t missing = 0;
-    for (std::size_t i = 0; masks_ && i < sequence_.size(); ++i) {
-      missing += masks_->has_mask(sequence_.entry(i).timestamp_s) ? 0 : 1;
-    }
-    return missing;
   }
 
   std::size_t earlier(std::size_t i) const {
@@ -232,7 +254,7 @@ class Recording final : public FrameSource {
       FrameView late = frame.frame;
       late.id = earlier(i);
       late.timestamp_s = sequence_.entry(earlier(i)).timestamp_s;
-      frame.masks = masks_of(late);
+      frame.masks = masks_->of(late);
     } else if (degraded_.name == "missing") {
       const auto nth = static_cast<std::size_t>(*degraded_.size);
       if (i % nth == nth - 1) frame.masks->instances.clear();
@@ -241,10 +263,11 @@ class Recording final : public FrameSource {
     }
   }
 
+  SceneSpec spec_;
+  std::size_t without_masks_ = 0;  // frames
   RgbdSequence sequence_;
-  std::filesystem::path camera_file_, masks_folder_;  // empty if the sequence has none
+  std::filesystem::path masks_folder_;  // empty if the sequence has none
   Degradation degraded_;
-  bool keeps_missing_ = false;
   std::optional<RecordedMasks> masks_;
   std::optional<MaskFolderSegmenter> true_masks_, moving_masks_;
   cv::Size image_size_;  // of all images; empty before the first
@@ -288,25 +311,6 @@ class SceneSource final : public FrameSource {
 };
 
 }  // namespace
-
-void add_sequence_inputs(const RgbdSequence& sequence, Inputs& inputs) {
-  inputs.add(sequence.folder());
-  for (const auto& entry : std::filesystem::directory_iterator(sequence.folder())) {
-    if (!entry.is_directory()) inputs.add(entry.path());  // lists, camera, truth
-  }
-  std::set<std::filesystem::path> folders;
-  for (std::size_t i = 0; i < sequence.size(); ++i) {
-    for (const auto& file : {sequence.entry(i).image_path, sequence.entry(i).depth_path}) {
-      inputs.add(file);
-      if (!file.empty()) folders.insert(file.parent_path());
-    }
-  }
-  for (const std::filesystem::path& folder : folders) {
-    // Masks and results may lie in the sequence's own folder.
-    const bool is_own = std::filesystem::equivalent(folder, sequence.folder());
-    if (!is_own) inputs.add_folder(folder);
-  }
-}
 
 Degradation Degradation::parse(const std::string& text) {
   static const std::regex form(

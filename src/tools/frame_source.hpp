@@ -86,6 +86,9 @@ class FrameSource {
   /// Returns the different values of masks without a table, read so far.
   virtual std::vector<int> mask_values() const { return {}; }
 
+  /// Returns the recorded sequence that the frames are of; null for another source.
+  virtual const RgbdSequence* sequence() const { return nullptr; }
+
   /// Adds the files and folders that the frames are read from.
   virtual void add_inputs(Inputs&) const {}
 
@@ -97,16 +100,6 @@ class FrameSource {
 inline void require_masks(const FrameSource& source, std::size_t every) {
   for (std::size_t i = 0; i < source.size(); i += every) source.require_masks(i);
 }
-
-/// Returns options for masks that are named like the sequence's images.
-inline MaskFolderOptions mask_options(const RgbdSequence& sequence) {
-  MaskFolderOptions options;
-  options.frame_times = sequence.times_by_stem();
-  return options;
-}
-
-/// Adds the files and folders that a sequence is read from, masks excepted.
-void add_sequence_inputs(const RgbdSequence& sequence, Inputs& inputs);
 
 /// Makes good masks of a recording worse, so that rules have something to correct. The names:
 /// - eroded_N: by N px; eroded: by 8.
@@ -133,14 +126,14 @@ struct SceneName {
 
 /// The frames to use: those of a recorded sequence, or of a level with a seed.
 struct SceneSpec {
-  std::filesystem::path sequence;        ///< its folder; empty: use the level
-  std::filesystem::path masks;           ///< empty: the sequence's own
-  std::filesystem::path camera;          ///< empty: the sequence's own
-  std::optional<double> depth_offset_s;  ///< empty: the camera file's
-  bool reads_masks = true;               ///< false: masks come from elsewhere
-  bool keeps_missing = false;            ///< whether frames may lack masks, which remove nothing
-  std::string degraded;                  ///< how the masks are degraded; empty: not at all
-  std::string level;                     ///< empty: use the sequence
+  std::filesystem::path sequence;  ///< its folder; empty: use the level
+  RgbdSequenceOptions reading;     ///< how to read the sequence
+  std::filesystem::path masks;     ///< empty: the sequence's own
+  bool reads_masks = true;         ///< false: masks come from elsewhere
+  bool keeps_missing = false;      ///< whether frames may lack masks, which remove nothing
+  bool is_for_masks = false;       ///< of images alone, of any sizes: nothing is known but masks
+  std::string degraded;            ///< how the masks are degraded; empty: not at all
+  std::string level;               ///< empty: use the sequence
   std::uint64_t level_seed = 1;
   std::optional<int> frames, width, height;  ///< replace the level's own
   std::optional<int> features;               ///< a frame; replaces the settings' number

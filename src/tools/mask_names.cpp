@@ -18,19 +18,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns the beginning that two paths share.
-fs::path common_path(const fs::path& a, const fs::path& b) {
-  fs::path common;
-  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end() && *i == *j; ++i, ++j) {
-    common /= *i;
-  }
-  return common;
-}
-
 /// Returns the path of a frame's image, or of its depth.
 fs::path image_path(const RgbdSequence& sequence, std::size_t i, bool of_depth = false) {
   const RgbdSequenceEntry& entry = sequence.entry(i);
   return fs::absolute(of_depth ? entry.depth_path : entry.image_path).lexically_normal();
+}
+
+/// Counts the images of a folder and of those inside.
+std::size_t images_below(const fs::path& folder) {
+  const auto options = fs::directory_options::skip_permission_denied;
+  std::size_t count = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder, options)) {
+    count += entry.is_regular_file() && detail::is_image_name(entry.path()) ? 1 : 0;
+  }
+  return count;
 }
 
 /// Quotes a path for a shell.
@@ -45,7 +46,9 @@ std::string shell_word(const fs::path& path) {
 fs::path image_folder_of(const RgbdSequence& sequence, bool of_depth) {
   fs::path folder = image_path(sequence, 0, of_depth).parent_path();
   for (std::size_t i = 1; i < sequence.size(); ++i) {
-    folder = common_path(folder, image_path(sequence, i, of_depth).parent_path());
+    while (!detail::is_within(image_path(sequence, i, of_depth), folder)) {
+      folder = folder.parent_path();
+    }
   }
   const fs::path base = fs::absolute(sequence.folder() / "").lexically_normal().parent_path();
   const auto has_any = [&](std::initializer_list<const char*> names) {
@@ -55,8 +58,10 @@ fs::path image_folder_of(const RgbdSequence& sequence, bool of_depth) {
   const fs::path inside = folder.lexically_relative(base);
   const bool is_outside = inside.empty() || *inside.begin() == "..";
   if (is_outside || has_any({"mav0", "cam0", "data.csv", "times.txt"})) return folder;
-  const bool is_plain = !has_any({"associations.txt", "rgb.txt", "depth"}) || inside == ".";
-  return is_plain ? base : base / *inside.begin();
+  const fs::path first = inside == "." ? base : base / *inside.begin();
+  const bool is_plain = !has_any({"associations.txt", "rgb.txt", "depth"}) &&
+                        images_below(base) == images_below(first);
+  return is_plain ? base : first;
 }
 
 std::vector<fs::path> mask_names(const RgbdSequence& sequence, const fs::path& image_folder,
@@ -79,10 +84,7 @@ std::vector<fs::path> mask_names(const RgbdSequence& sequence, const fs::path& i
 }
 
 void print_colmap(const fs::path& images, std::size_t masks, const fs::path& out) {
-  std::size_t all = 0;
-  for (const auto& entry : fs::recursive_directory_iterator(images)) {
-    all += entry.is_regular_file() && detail::is_image_name(entry.path()) ? 1 : 0;
-  }
+  const std::size_t all = images_below(images);
   if (all > masks) {
     std::fprintf(stderr,
                  "%zu further images in %s are no frames of the sequence and have no mask, so that "

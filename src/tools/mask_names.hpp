@@ -13,8 +13,7 @@
 namespace dynfilter::tools {
 
 /// Returns the folder below which the results have the images' paths: a plain folder of images
-/// itself, or else, as other things lie beside the images, the first one inside that holds them
-/// all.
+/// itself, or else, as other images or things lie beside, the first one inside that holds them all.
 std::filesystem::path image_folder_of(const RgbdSequence& sequence, bool of_depth);
 
 /// Returns the names of the mask images, by the index of their frames: "colmap" adds .png to the

@@ -15,6 +15,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "dynfilter/detail/errors.hpp"
 #include "io/file_error.hpp"
 #include "io/frame_names.hpp"
 #include "io/image_file.hpp"
@@ -78,30 +79,29 @@ std::string stem_of(const json& name) {
 
 Outlines outlines_of(const json& root) {
   Outlines outlines;
-  std::map<std::string, std::pair<std::string, cv::Size2d>> images;  // by id
-  std::map<std::string, std::string> names;                          // of categories, by id
+  std::map<json, std::pair<std::string, cv::Size2d>> images;  // by id
+  std::map<json, std::string> names;                          // of categories, by id
   if (root.is_object()) {
     for (const json& image : root.at("images")) {
       const std::string stem = stem_of(image.at("file_name"));
-      images[image.at("id").dump()] = {stem,
-                                       {image.value("width", 0.0), image.value("height", 0.0)}};
+      images[image.at("id")] = {stem, {image.value("width", 0.0), image.value("height", 0.0)}};
       outlines[stem];
     }
     for (const json& category : root.value("categories", json::array())) {
-      names[category.at("id").dump()] = category.at("name").get<std::string>();
+      names[category.at("id")] = category.at("name").get<std::string>();
     }
   }
   for (const json& one : root.is_object() ? root.at("annotations") : root) {
     Outline outline;
     const json &image = one.at("image_id"), &category = one.at("category_id");
-    const auto name = names.find(category.dump());
+    const auto name = names.find(category);
+    const auto listed = images.find(image);
     outline.label = name != names.end() ? name->second : yolo_class(category.get<std::int64_t>());
     outline.score = std::clamp(one.value("score", 1.0F), 0.0F, 1.0F);
     if (one.contains("segmentation")) add_shape(one["segmentation"], outline);
     const auto box = one.value("bbox", std::vector<double>());
     if (box.size() == 4) outline.box = {box[0], box[1], box[2], box[3]};
     std::string stem = image.is_string() ? stem_of(image) : image.dump();
-    const auto listed = images.find(image.dump());
     if (listed != images.end()) std::tie(stem, outline.unit) = listed->second;
     outlines[stem].push_back(std::move(outline));
   }
@@ -114,10 +114,9 @@ cv::Mat unrolled(const Outline& outline, cv::Size frame, const fs::path& file) {
   detail::require_bounded(size, frame, file);
   const auto total = std::accumulate(outline.runs.begin(), outline.runs.end(), std::uint64_t{0});
   if (size.empty() || total != static_cast<std::uint64_t>(size.area())) {
-    detail::throw_file_error(file, "runs of " + std::to_string(total) + " pixels in an image of " +
-                                       detail::size_name(size) +
-                                       "; want as many; size is height "
-                                       "and width");
+    detail::throw_file_error(file, detail::concatenate("runs of ", total, " pixels in an image of ",
+                                                       detail::size_name(size),
+                                                       "; want as many; size is height, width"));
   }
   cv::Mat columns(size.width, size.height, CV_8UC1);
   std::uint8_t* pixel = columns.data;
@@ -141,7 +140,9 @@ Outlines read_coco(const fs::path& file) {
     std::ifstream stream(file, std::ios::binary);
     return outlines_of(json::parse(stream, is_shallow));
   } catch (const json::exception& error) {
-    detail::throw_file_error(file, std::string("holds no masks in COCO's form: ") + error.what());
+    const bool is_text = dynamic_cast<const json::parse_error*>(&error) != nullptr;
+    detail::throw_file_error(file, std::string("holds no masks in COCO's form: ") + error.what() +
+                                       (is_text ? ": a comma too many, or cut off?" : ""));
   } catch (const std::invalid_argument& error) {
     detail::throw_file_error(file, error.what());
   }

@@ -10,7 +10,6 @@
 #include <iterator>
 #include <map>
 #include <optional>
-#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
@@ -21,7 +20,7 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
-#include "frame_source.hpp"
+#include "evaluation/image_lists.hpp"
 #include "io/file_error.hpp"
 #include "io/frame_names.hpp"
 #include "io/image_file.hpp"
@@ -48,20 +47,6 @@ std::optional<int> known_class(const std::string& name) {
   return found->second;
 }
 
-/// Returns the ids of labels: numbers as they are, names as COCO's; others follow COCO's 80, but
-/// for one alone, which is what the user wants to be rid of.
-std::map<std::string, int> classes_of(const std::set<std::string>& labels) {
-  std::map<std::string, int> classes;
-  int next = 80;
-  for (const std::string& label : labels) {
-    const std::optional<double> number = detail::parse_number(label);
-    const std::optional<int> known =
-        number && std::abs(*number) < 1e9 ? static_cast<int>(*number) : known_class(label);
-    classes[label] = known ? *known : labels.size() == 1 ? 0 : next++;
-  }
-  return classes;
-}
-
 /// Returns COCO's id of a class of MOTS (1, 2) or Cityscapes (24 to 33); -1: no instances.
 int class_of_thousand(std::size_t thousand) {
   const std::map<std::size_t, int> classes = {{1, 2},  {2, 0},  {24, 0}, {25, 0}, {26, 2},
@@ -83,32 +68,53 @@ class OtherMasks final : public Segmenter {
  public:
   enum class Form { one_instance, thousands, colours };
 
-  explicit OtherMasks(fs::path path) : path_(std::move(path)) {}
+  OtherMasks(fs::path path, const Times& times) : path_(std::move(path)), times_(times) {
+    for (const auto& [stem, time_s] : times) {  // COCO knows images by their numbers, too
+      const bool is_number = stem.find_first_not_of("0123456789") == std::string::npos;
+      const std::size_t zeros = std::min(stem.find_first_not_of('0'), stem.size() - 1);
+      if (is_number && zeros > 0) times_.emplace(stem.substr(zeros), time_s);
+    }
+  }
 
-  void add(double time_s, std::vector<Outline> outlines) {
-    for (const Outline& outline : outlines) labels_.insert(outline.label);
-    auto& all = frames_[detail::microseconds(time_s)].outlines;
+  /// Adds the objects of an image, if it is a frame's.
+  void add(const std::string& image, std::vector<Outline> outlines) {
+    const auto frame = times_.find(image);
+    if (frame == times_.end()) return;
+    for (const Outline& outline : outlines) classes_[outline.label];
+    auto& all = frames_[detail::microseconds(frame->second)].outlines;
     std::move(outlines.begin(), outlines.end(), std::back_inserter(all));
   }
-  void add(double time_s, const fs::path& file, Form form) {
-    frames_[detail::microseconds(time_s)].files.push_back(file);
+
+  /// Adds the files that are of frames.
+  void add(const std::vector<fs::path>& files, Form form) {
     form_ = form;
+    for (const fs::path& file : files) {
+      const auto frame = frame_of(file);
+      if (frame == times_.end()) continue;
+      frames_[detail::microseconds(frame->second)].files.push_back(file);
+    }
   }
+
   void set_colours(Colours colours) {
-    for (const auto& [label, colour] : colours) labels_.insert(label);
+    for (const auto& [label, colour] : colours) classes_[label];
     colours_ = std::move(colours);
   }
 
   bool is_empty() const { return frames_.empty(); }
   bool has_mask(double time_s) const { return frames_.count(detail::microseconds(time_s)) > 0; }
 
-  /// Gives labels their ids; says which are not COCO's.
+  /// Gives labels their ids: numbers as they are, names as COCO's; others follow COCO's 80, but for
+  /// one alone, which is what the user wants to be rid of. Says which are not COCO's.
   std::string number_classes() {
-    classes_ = classes_of(labels_);
     std::string note;
-    for (const auto& [label, id] : classes_) {
-      const bool is_new = id >= 80 && !detail::parse_number(label);
-      if (is_new) note += detail::concatenate(note.empty() ? "" : ", ", label, " is ", id);
+    int next = 80;
+    for (auto& [label, id] : classes_) {
+      const std::optional<double> number = detail::parse_number(label);
+      const bool is_id = number && std::abs(*number) < 1e9;
+      const std::optional<int> known = is_id ? static_cast<int>(*number) : known_class(label);
+      id = known ? *known : classes_.size() == 1 ? 0 : next++;
+      if (known || id == 0) continue;
+      note += detail::concatenate(note.empty() ? "" : ", ", label, " is ", id);
     }
     return note.empty() ? "" : "classes of " + path_.string() + ", for --classes: " + note;
   }
@@ -118,6 +124,20 @@ class OtherMasks final : public Segmenter {
     std::vector<Outline> outlines;
     std::vector<fs::path> files;
   };
+
+  /// Returns the frame that a mask file is one of several of: that of its name, of its folder, or
+  /// the longest with which the name begins, before a sign.
+  Times::const_iterator frame_of(const fs::path& file) const {
+    std::string name = detail::frame_stem(file.filename());
+    auto found = times_.find(name);
+    if (found == times_.end()) found = times_.find(file.parent_path().filename().string());
+    for (std::size_t end;
+         found == times_.end() && (end = name.find_last_of("_-. ")) != std::string::npos;) {
+      name.resize(end);
+      found = times_.find(name);
+    }
+    return found;
+  }
 
   Segmentation do_segment(const FrameView& frame) override {
     Segmentation result = empty_segmentation(frame);
@@ -144,47 +164,44 @@ class OtherMasks final : public Segmenter {
 
   void add_file(const fs::path& file, cv::Size size, bool is_only,
                 std::vector<Instance>& instances) const {
-    const auto read = [&](const cv::Mat& pixels) {
-      return detail::fitted(pixels, size, file, "the frame", detail::if_letterboxed);
-    };
-    const auto add = [&](Instance instance, int class_id) {
+    const auto add = [&](const std::vector<Instance>& objects, int class_id) {
       const cv::Point margin(box_margin_px, box_margin_px);
-      instance.box =
-          cv::Rect(instance.box.tl() - margin, instance.box.br() + margin) & cv::Rect({0, 0}, size);
-      instance.class_id = class_id;
-      instances.push_back(std::move(instance));
+      for (Instance one : objects) {
+        if (one.box.empty()) continue;
+        one.box = cv::Rect(one.box.tl() - margin, one.box.br() + margin) & cv::Rect({}, size);
+        one.class_id = class_id;
+        instances.push_back(std::move(one));
+      }
     };
+    const cv::Mat pixels =
+        detail::fitted(form_ == Form::colours ? detail::read_image(file, cv::IMREAD_COLOR, size)
+                                              : detail::read_mask(file, size),
+                       size, file, "the frame", detail::if_letterboxed);
     if (form_ == Form::colours) {
-      const cv::Mat image = read(detail::read_image(file, cv::IMREAD_COLOR, size));
       for (const auto& [label, colour] : colours_) {
         cv::Mat mask;
-        cv::inRange(image, colour, colour, mask);
-        for (Instance& one : instances_from_binary_mask(mask, 0)) add(one, classes_.at(label));
+        cv::inRange(pixels, colour, colour, mask);
+        add(instances_from_binary_mask(mask), classes_.at(label));
       }
-      return;
-    }
-    const cv::Mat pixels = read(detail::read_mask(file, size));
-    if (form_ == Form::one_instance && is_only) {
-      for (Instance& one : instances_from_binary_mask(cv::Mat(pixels != 0), 0)) add(one, 0);
-      return;
-    }
-    if (form_ == Form::one_instance) {
-      Instance one = Instance::from_image_mask(cv::Mat(pixels != 0), 0, 1);
-      if (!one.box.empty()) add(std::move(one), 0);
-      return;
-    }
-    const std::vector<Instance> ids = instances_from_label_map(pixels);
-    for (std::size_t k = 0; k < ids.size(); ++k) {
-      const int class_id = class_of_thousand((k + 1) / 1000);
-      if (!ids[k].box.empty() && class_id >= 0) add(ids[k], class_id);
+    } else if (form_ == Form::thousands) {
+      const std::vector<Instance> ids = instances_from_label_map(pixels);
+      for (std::size_t k = 0; k < ids.size(); ++k) {
+        const int class_id = class_of_thousand((k + 1) / 1000);
+        if (class_id >= 0) add({ids[k]}, class_id);
+      }
+    } else {
+      const cv::Mat mask = pixels != 0;
+      add(is_only ? instances_from_binary_mask(mask)
+                  : std::vector{Instance::from_image_mask(mask, 0, 1)},
+          0);
     }
   }
 
   fs::path path_;
+  Times times_;  // by the names of images
   Form form_ = Form::one_instance;
   Colours colours_;
-  std::set<std::string> labels_;
-  std::map<std::string, int> classes_;
+  std::map<std::string, int> classes_;    // by label
   std::map<std::int64_t, Frame> frames_;  // by time in microseconds
 };
 
@@ -218,22 +235,6 @@ std::vector<fs::path> files_of(const fs::path& folder, const std::string& extens
   return files;
 }
 
-/// Returns the frame that a mask file is one of several of: that of its name, of its folder, or the
-/// longest with which the name begins, before a sign.
-Times::const_iterator frame_of(const fs::path& file, const Times& times) {
-  std::string name = detail::frame_stem(file.filename());
-  for (const std::string& whole : {name, file.parent_path().filename().string()}) {
-    const auto found = times.find(whole);
-    if (found != times.end()) return found;
-  }
-  for (std::size_t end; (end = name.find_last_of("_-. ")) != std::string::npos;) {
-    name.resize(end);
-    const auto found = times.find(name);
-    if (found != times.end()) return found;
-  }
-  return times.end();
-}
-
 /// Tells whether each PNG file lies directly in the folder and is named by its frame.
 bool is_plain(const fs::path& folder, const std::vector<fs::path>& files, const Times& times) {
   return std::all_of(files.begin(), files.end(), [&](const fs::path& file) {
@@ -247,22 +248,8 @@ int bits_of(const fs::path& png) {
   return bytes.size() > detail::PngHeader::end ? bytes[detail::PngHeader::bit_depth] : 0;
 }
 
-void add_coco(const fs::path& path, const Times& times, OtherMasks& masks) {
-  Times numbers;  // frames by their numbers
-  for (const auto& [stem, time_s] : times) {
-    const bool is_number = stem.find_first_not_of("0123456789") == std::string::npos;
-    const std::size_t begin = std::min(stem.find_first_not_of('0'), stem.size() - 1);
-    if (is_number) numbers[stem.substr(begin)] = time_s;
-  }
-  for (auto& [stem, outlines] : read_coco(path)) {
-    const auto frame = times.find(stem);
-    const Times::const_iterator number = numbers.find(stem);
-    if (frame != times.end()) {
-      masks.add(frame->second, std::move(outlines));
-    } else if (number != numbers.end()) {
-      masks.add(number->second, std::move(outlines));
-    }
-  }
+void add_coco(const fs::path& file, OtherMasks& masks) {
+  for (auto& [image, outlines] : read_coco(file)) masks.add(image, std::move(outlines));
 }
 
 /// Adds what the path holds in the form of another tool; nothing if it holds MaskFolderSegmenter's.
@@ -273,46 +260,50 @@ void add_others(const fs::path& path, const Times& times, OtherMasks& masks) {
                                         (times.empty() ? "none" : times.begin()->first));
   };
   if (detail::type_of(path) == fs::file_type::regular) {
-    add_coco(path, times, masks);
+    const std::string advice = detail::advice_for(path);
+    if (!advice.empty()) {
+      detail::throw_file_error(path, "want a folder of masks, or COCO's .json; it is " + advice);
+    }
+    add_coco(path, masks);
     return refuse_if_empty(path);
   }
-  if (detail::type_of(path) != fs::file_type::directory) return;
-  if (detail::exists(path / "instances.csv")) return;
+  const bool is_folder = detail::type_of(path) == fs::file_type::directory;
+  if (!is_folder || detail::exists(path / "instances.csv")) return;
   for (const fs::path& table : {path / "labelmap.txt", path.parent_path() / "labelmap.txt"}) {
     if (!detail::exists(table)) continue;
     masks.set_colours(read_colours(table));
     const fs::path classes = path / "SegmentationClass";
-    for (const fs::path& file : files_of(detail::exists(classes) ? classes : path, ".png")) {
-      const auto frame = frame_of(file, times);
-      if (frame != times.end()) masks.add(frame->second, file, OtherMasks::Form::colours);
-    }
-    return;
+    return masks.add(files_of(detail::exists(classes) ? classes : path, ".png"),
+                     OtherMasks::Form::colours);
   }
   const std::vector<fs::path> files = files_of(path, ".png"), labels = files_of(path, ".txt"),
                               coco = files_of(path, ".json");
   for (const fs::path& file : labels) {
-    const auto frame = times.find(file.stem().string());
-    if (frame != times.end()) masks.add(frame->second, read_yolo_labels(file));
+    if (times.count(file.stem()) > 0) masks.add(file.stem(), read_yolo_labels(file));
   }
-  if (files.empty() && labels.empty() && coco.size() == 1) add_coco(coco[0], times, masks);
+  if (files.empty() && labels.empty() && coco.size() == 1) add_coco(coco[0], masks);
+  if (files.empty() && labels.empty() && coco.size() > 1) {
+    detail::throw_file_error(path,
+                             detail::concatenate("holds ", coco.size(),
+                                                 " .json files; want COCO's, one for all "
+                                                 "images, as labelme2coco makes of labelme's"));
+  }
   if (files.empty() && labels.size() + coco.size() > 0) {
     return refuse_if_empty(labels.empty() ? coco[0] : labels[0]);
   }
-  if (!masks.is_empty() || is_plain(path, files, times)) return;
-  for (const fs::path& file : files) {
-    const auto frame = frame_of(file, times);
-    if (frame != times.end()) masks.add(frame->second, file, OtherMasks::Form::one_instance);
+  if (masks.is_empty() && !is_plain(path, files, times)) {
+    masks.add(files, OtherMasks::Form::one_instance);
   }
 }
 
 }  // namespace
 
-RecordedMasks open_masks(const fs::path& path, const RgbdSequence& sequence, bool may_be_missing) {
-  const Times& times = sequence.times_by_stem();
-  auto others = std::make_unique<OtherMasks>(path);
+RecordedMasks open_masks(const fs::path& path, const Times& times, bool may_be_missing) {
+  auto others = std::make_unique<OtherMasks>(path, times);
   add_others(path, times, *others);
   if (others->is_empty()) {
-    MaskFolderOptions options = mask_options(sequence);
+    MaskFolderOptions options;
+    options.frame_times = times;
     options.allow_missing = may_be_missing;
     auto folder = std::make_unique<MaskFolderSegmenter>(path, options);
     const std::vector<fs::path> files = files_of(path, ".png");
@@ -320,17 +311,14 @@ RecordedMasks open_masks(const fs::path& path, const RgbdSequence& sequence, boo
     if (!is_deep || !are_thousands(folder->values())) {
       const MaskFolderSegmenter* const own = folder.get();
       return {std::move(folder), [own](double time_s) { return own->has_mask(time_s); },
-              [own] { return own->values(); }, ""};
+              [own] { return own->values(); }, "", may_be_missing};
     }
-    for (const fs::path& file : files) {
-      const auto frame = frame_of(file, times);
-      if (frame != times.end()) others->add(frame->second, file, OtherMasks::Form::thousands);
-    }
+    others->add(files, OtherMasks::Form::thousands);
   }
   const std::string note = others->number_classes();
   const OtherMasks* const own = others.get();
   return {std::move(others), [own](double time_s) { return own->has_mask(time_s); },
-          [] { return std::vector<int>(); }, note};
+          [] { return std::vector<int>(); }, note, may_be_missing};
 }
 
 }  // namespace dynfilter::tools

@@ -59,7 +59,7 @@ void run(const RunOptions& options) {
   }
   RuleRun work(rule, scene, *source, settings, options.out);
   const odometry::OrbExtractor extractor(options.settings.features);
-  SourceChecks checks(source->facts().camera, settings, rule.moves_masks());
+  SourceChecks checks(source->facts(), settings.mask_culler, settings.features, rule.moves_masks());
   {
     ProgressBar progress("filtering", source->size());
     for (std::size_t i = 0; source->has(i); i += options.settings.every) {
@@ -117,18 +117,7 @@ void add_run_command(CLI::App& program) {
       ->add_option("--out", options->out,
                    "folder for the results; replaces those of an earlier run and nothing else")
       ->capture_default_str();
-  command
-      ->add_option(
-          "--masks", options->scene.masks,
-          "folder of the masks, or those of other tools: COCO's .json, YOLO's .txt, CVAT's "
-          "or MOTS'\n[SEQUENCE/masks]")
-      ->excludes(level);
-  add_missing_masks_option(*command, options->scene.keeps_missing)->excludes(level);
-  command
-      ->add_option("--camera", options->scene.camera,
-                   "camera file, or tum1, tum2, tum3 or bonn [SEQUENCE/camera.yaml]")
-      ->excludes(level);
-  add_depth_offset_option(*command, options->scene.depth_offset_s)->excludes(level);
+  add_recording_options(*command, options->scene, sequence);
   command
       ->add_option("--rule", options->rule,
                    "rule that removes features, see below; without depth, or with --every, the "

@@ -77,6 +77,27 @@ std::vector<int> class_ids(std::vector<std::string> classes,
   return ids;
 }
 
+void add_recording_options(CLI::App& command, SceneSpec& scene, CLI::Option* sequence) {
+  command
+      .add_option("--masks", scene.masks,
+                  "folder of the masks, or those of other tools: COCO's .json, YOLO's .txt, CVAT's "
+                  "or MOTS'\n[SEQUENCE/masks]; dynfilter masks makes them")
+      ->needs(sequence);
+  command
+      .add_option_function<std::string>(
+          "--missing-masks",
+          [&scene](const std::string& text) { scene.keeps_missing = text == "keep"; },
+          "of images without a mask: error; or keep, so that masks remove nothing there")
+      ->check(CLI::IsMember({"error", "keep"}))
+      ->default_str("error")
+      ->needs(sequence);
+  command
+      .add_option("--camera", scene.reading.camera_file,
+                  "camera file, or tum1, tum2, tum3 or bonn [SEQUENCE/camera.yaml]")
+      ->needs(sequence);
+  add_depth_offset_option(command, scene.reading.depth_offset_s)->needs(sequence);
+}
+
 void add_segmenter_options(CLI::App& command, SegmenterSpec& segmenter) {
   CLI::Option* remote = command.add_option(
       "--remote", segmenter.remote,

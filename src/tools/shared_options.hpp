@@ -58,14 +58,9 @@ inline CLI::Option* add_classes_option(CLI::App& command, std::vector<std::strin
 /// segmenter knows; without one, person is 0.
 std::vector<int> class_ids(std::vector<std::string> classes, const Segmenter* segmenter);
 
-inline CLI::Option* add_missing_masks_option(CLI::App& command, bool& keeps) {
-  return command
-      .add_option_function<std::string>(
-          "--missing-masks", [&keeps](const std::string& text) { keeps = text == "keep"; },
-          "of images without a mask: error; or keep, so that masks remove nothing there")
-      ->check(CLI::IsMember({"error", "keep"}))
-      ->default_str("error");
-}
+/// Adds what a recording may need beside its folder: --masks, --missing-masks, --camera and
+/// --depth-offset, which need the option that names the folder.
+void add_recording_options(CLI::App& command, SceneSpec& scene, CLI::Option* sequence);
 
 inline void add_setting_options(CLI::App& command, RunSettings& settings) {
   command

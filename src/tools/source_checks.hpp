@@ -20,10 +20,11 @@ namespace dynfilter::tools {
 /// The checks of a source's frames.
 class SourceChecks {
  public:
-  SourceChecks(const SequenceCamera& camera, const RunSettings& settings, bool moves_masks = false,
-               bool uses_depth = true)
-      : checks_(options_of(settings, moves_masks, uses_depth)) {
-    checks_.note_camera(camera);
+  /// `features`: how many are looked for.
+  SourceChecks(const SourceFacts& facts, const MaskCullerOptions& mask_culler, int features,
+               bool moves_masks = false)
+      : checks_(options_of(facts, mask_culler, features, moves_masks)) {
+    checks_.note_camera(facts.camera);
   }
 
   /// Adds a frame with the masks that the rule gets and all features.
@@ -63,13 +64,14 @@ class SourceChecks {
   }
 
  private:
-  static InputChecksOptions options_of(const RunSettings& settings, bool moves_masks,
-                                       bool uses_depth) {
+  static InputChecksOptions options_of(const SourceFacts& facts,
+                                       const MaskCullerOptions& mask_culler, int features,
+                                       bool moves_masks) {
     InputChecksOptions options;
-    options.dynamic_classes = settings.mask_culler.dynamic_classes;
-    options.wanted_features = static_cast<std::size_t>(settings.features);
+    options.dynamic_classes = mask_culler.dynamic_classes;
+    options.wanted_features = static_cast<std::size_t>(features);
     options.moves_masks = moves_masks;
-    options.depth_setting = uses_depth ? "DepthMapFactor in the camera file" : "";
+    options.depth_setting = facts.has_depth ? "DepthMapFactor in the camera file" : "";
     options.features_setting = "--features";
     return options;
   }
@@ -81,13 +83,12 @@ class SourceChecks {
 /// The checks of masks that are written, and of what they are made of.
 class MaskChecks {
  public:
-  MaskChecks(const SequenceCamera& camera, const MaskCullerOptions& mask_culler, bool uses_depth,
+  MaskChecks(const SourceFacts& facts, const MaskCullerOptions& mask_culler, bool uses_depth,
              bool needs_outlines)
       : uses_depth_(uses_depth),
         needs_outlines_(needs_outlines),
         culler_(mask_culler),
-        checks_(uses_depth ? camera : SequenceCamera(), settings_of(mask_culler), false,
-                uses_depth) {}
+        checks_(uses_depth ? facts : facts_of_images(), mask_culler, 0) {}
 
   /// Adds a frame with its masks as they are read. Checks photographs that are like the first in
   /// size. Throws std::runtime_error if nothing can come of the first 30.
@@ -120,11 +121,10 @@ class MaskChecks {
   }
 
  private:
-  static RunSettings settings_of(const MaskCullerOptions& mask_culler) {
-    RunSettings settings;
-    settings.mask_culler = mask_culler;
-    settings.features = 0;  // none are looked for
-    return settings;
+  static SourceFacts facts_of_images() {
+    SourceFacts facts;
+    facts.has_depth = false;
+    return facts;
   }
 
   bool uses_depth_, needs_outlines_;

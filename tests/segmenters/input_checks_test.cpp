@@ -280,7 +280,7 @@ TEST(InputChecks, EachSpeaksAlone) {
          for (std::size_t k = 1; k < all.size(); ++k) std::swap(all[k].box, all[k - 1].box);
        }},
       {"boxes", "normalised", with_boxes([](const cv::Rect&) { return cv::Rect(0, 0, 1, 1); })},
-      {"boxes", "do not touch",
+      {"boxes", "give both in pixels",
        with_boxes([](const cv::Rect& b) { return cv::Rect(b.x - 400, b.y, b.width, b.height); })},
       {"motion", "pose_not_trusted",
        [](CheckedFrame& f, int) {

@@ -175,7 +175,7 @@ TEST_F(ProgramMaskImages, AreMadeForEveryImage) {
   fs::copy(sequence.entry(0).image_path, folder / "rgb" / "old" / "unlisted.png");
   expect_mentions(masks("colmap", out("of all but one"), folder), "1 further images in ");
   fs::rename(folder / "rgb" / "old" / "unlisted.png", folder / "rgb" / "unlisted.png");
-  expect_refused("colmap", out("nothing"), "1 of 7 images have none", folder);
+  expect_refused("colmap", out("nothing"), "1 of 7 frames have none", folder);
 }
 
 TEST_F(ProgramMaskImages, OfBoxesAloneNeedDepth) {
@@ -219,13 +219,15 @@ TEST_F(ProgramMaskImages, NameWhatIsMissing) {
   fs::remove(folder / "masks" / (stem + ".png"));
   fs::remove(folder / "masks" / "instances.csv");  // it would miss the mask itself
   expect_refused("static", out("nothing"),
-                 stem + ".png: there is no such mask; 1 of 6 images have none", folder);
+                 stem + ".png: there is no such mask; frame " + stem + " needs it; 1 of 6 frames",
+                 folder);
   expect_refused("static", out("nothing"), "--missing-masks keep", folder);
   expect_mentions(masks("static --missing-masks keep", out("kept"), folder),
-                  "1 of 6 images have no mask, and show nobody");
+                  "1 of 6 frames have no mask, and masks remove nothing");
   expect_pixels(out("kept") / (stem + ".png"), cv::Mat(240, 320, CV_8UC1, cv::Scalar(255)));
   fs::remove_all(folder / "masks");
-  expect_refused("static", out("nothing"), "name masks (--masks) or a segmenter", folder);
+  expect_refused("static", out("nothing"), "has no masks: name them by --masks, or a segmenter",
+                 folder);
   for (const char* file : {"depth", "depth.txt", "associations.txt"}) fs::remove_all(folder / file);
   const std::string masks = " --masks " + quoted(scene() / "masks");
   expect_refused("static --refine" + masks, out("nothing"), "has no depth", folder);

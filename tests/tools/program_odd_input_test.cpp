@@ -41,7 +41,8 @@ TEST_F(OddInput, OptionsWithoutEffectAndEmptyValuesAreRefused) {
   expect_refused("ablate --levels medium --degrade poor" + out, "--degrade requires SEQUENCES");
   expect_refused("ablate --levels medium --depth-offset 0.03" + out,
                  "--depth-offset requires SEQUENCES");
-  expect_refused("run --level medium --depth-offset 0.03" + out, "excludes");
+  expect_refused("run --level medium --depth-offset 0.03" + out,
+                 "--depth-offset requires SEQUENCE");
   for (const char* rule : {"motion", "perfect"}) {
     expect_refused(
         "run" + of + " --masks " + quoted(folder_ / "scene/masks") + " --rule " + rule + out,

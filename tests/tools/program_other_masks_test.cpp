@@ -293,8 +293,7 @@ TEST_F(OtherMasks, MayBeMissingIfTheUserSaysSo) {
                          quoted(folder_ / "out");
   const std::string count = "1 of " + std::to_string(people().size());
   for (const char* command : {"run ", "ablate ", "masks "}) {
-    expect_refused(command + of,
-                   command[0] == 'm' ? count + " images have none" : count + " frames have none");
+    expect_refused(command + of, count + " frames have none");
     expect_refused(command + of, "--missing-masks keep");
   }
   expect_mentions(succeed("run " + of + " --missing-masks keep"),
