@@ -1,10 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What dynfilter run, ablate and doctor say about input that is wrong, as the readers give it to
-// the checks, which segmenters/input_checks_test.cpp tests one by one.
-
-#include <regex>
+// What dynfilter run says about good input, and where a run stops. program_doors_test.cpp has what
+// is wrong; segmenters/input_checks_test.cpp tests the checks one by one.
 
 #include "support/test.hpp"
 #include "tools/changed_scene.hpp"
@@ -13,179 +11,11 @@
 namespace dynfilter::testing {
 namespace {
 
-/// A rendered sequence, made once.
-const fs::path& base() {
-  static const TemporaryFolder folder;
-  static const fs::path scene = folder.path() / "base";
-  if (!fs::exists(scene)) {
-    succeed("synth " + quoted(scene) +
-            " --level medium --seed 5 --frames 16 --width 320 --height 240");
-  }
-  return scene;
-}
-
-void make_masks(const fs::path& scene, const ImageChange& of_binary_mask) {
-  fs::remove(scene / "masks" / "instances.csv");
-  change_images(scene / "masks", [&](const cv::Mat& labels) { return of_binary_mask(labels > 0); });
-}
-
-ImageChange bits(int count) {
-  return [count](const cv::Mat& image) {
-    cv::Mat grey, deep;
-    cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
-    grey.convertTo(deep, CV_16UC1, 1 << (count - 8));
-    return deep;
-  };
-}
-
-void add_line(const fs::path& scene, const std::string& line) {
-  std::ofstream(scene / "camera.yaml", std::ios::app) << line << '\n';
-}
-
-void set_depth(const fs::path& scene, const std::function<void(cv::Mat&)>& change) {
-  change_images(scene / "depth", [&](cv::Mat depth) {
-    change(depth);
-    return depth;
-  });
-}
-
-void set_factor(const fs::path& scene, double factor) {
-  set_camera(scene, "DepthMapFactor", "DepthMapFactor: " + std::to_string(factor));
-}
-
-struct Variant {
-  const char* name;
-  const char* check;  // that speaks
-  std::function<void(const fs::path&)> make;
-  bool is_hopeless = false;  // nothing can come of it
-};
-
-const Variant scene_variants[] = {
-    {"masks inverted", "masks_everywhere",
-     [](const fs::path& s) { make_masks(s, [](const cv::Mat& m) { return 255 - m; }); }},
-    {"masks flipped", "masks_elsewhere",
-     [](const fs::path& s) {
-       make_masks(s, [](cv::Mat m) {
-         cv::flip(m, m, 1);
-         return m;
-       });
-     }},
-    {"masks black", "masks_empty",
-     [](const fs::path& s) {
-       make_masks(s, [](const cv::Mat& m) { return m * 0; });
-       fs::remove_all(s / "masks_true");
-     }},
-    {"masks soft", "masks_soft",
-     [](const fs::path& s) {
-       make_masks(s, [](cv::Mat m) {
-         cv::GaussianBlur(m, m, {9, 9}, 0);
-         return m;
-       });
-     }},
-    {"masks with a rim to ignore", "masks_values",
-     [](const fs::path& s) {
-       make_masks(s, [](const cv::Mat& m) {
-         cv::Mat wide;
-         cv::dilate(m, wide, cv::Mat::ones(3, 3, CV_8UC1));
-         return wide - m / 17 * 16;  // 255 around 15
-       });
-     }},
-    {"classes that count from 1", "masks_classes",
-     [](const fs::path& s) {
-       change_text(s / "masks" / "instances.csv", [](const std::string& text) {
-         return std::regex_replace(text, std::regex("\n([^,]*,[^,]*),0,"), "\n$1,1,");
-       });
-     }},
-    {"factor 1", "depth_unit", [](const fs::path& s) { set_factor(s, 1); }, true},
-    {"depth of the frame before", "depth_late",
-     [](const fs::path& s) {
-       cv::Mat last;
-       set_depth(s, [&](cv::Mat& d) {
-         const cv::Mat now = d.clone();
-         if (!last.empty()) d = last;
-         last = now;
-       });
-     }},
-    {"depth not registered", "depth_shift",
-     [](const fs::path& s) {
-       set_depth(s, [](cv::Mat& d) {
-         const cv::Mat shift = (cv::Mat_<double>(2, 3) << 1, 0, 14, 0, 1, 2);
-         cv::warpAffine(d.clone(), d, shift, d.size(), cv::INTER_NEAREST);
-       });
-     }},
-    {"images of 10 bits in 16", "image_range",
-     [](const fs::path& s) { change_images(s / "rgb", bits(10)); }, true},
-    {"images of 12 bits in 16", "image_range",
-     [](const fs::path& s) { change_images(s / "rgb", bits(12)); }},
-    {"a fisheye camera", "Camera.type",
-     [](const fs::path& s) { add_line(s, "Camera.type: \"KannalaBrandt8\""); }, true},
-    {"a rational camera", "Camera.k4",
-     [](const fs::path& s) { add_line(s, "Camera.k4: 0.3\nCamera.k5: -0.1\nCamera.k6: 0.02"); },
-     true},
-    {"a camera of another size", "camera_size",
-     [](const fs::path& s) { set_camera(s, "Camera.cx", "Camera.cx: 318.6"); }},
-};
-
-TEST(ProgramChecks, SayOfEachVariantWhatIsWrong) {
-  const TemporaryFolder folder;
-  for (const Variant& variant : scene_variants) {
-    const fs::path scene = folder.path() / "variant";
-    fs::remove_all(scene);
-    fs::copy(base(), scene, fs::copy_options::recursive);
-    variant.make(scene);
-    const Outcome outcome = run("doctor " + quoted(scene));
-    EXPECT_TRUE(outcome.mentions(std::string(variant.check) + ": ")) << variant.name << '\n'
-                                                                     << outcome.printed;
-    EXPECT_EQ(outcome.exit_code, variant.is_hopeless ? 1 : 0) << variant.name << '\n'
-                                                              << outcome.printed;
-    EXPECT_FALSE(outcome.mentions("--features to")) << variant.name << '\n' << outcome.printed;
-  }
-}
-
-TEST(ProgramChecks, SpeakInRunAndAblateToo) {
-  const TemporaryFolder folder;
-  const fs::path scene = folder.path() / "inverted", out = folder.path() / "out";
-  fs::copy(base(), scene, fs::copy_options::recursive);
-  scene_variants[0].make(scene);
-  const std::string options = " --features 300 --out " + quoted(out);
-  const Outcome ran = succeed("run " + quoted(scene) + options);
-  expect_mentions(ran, "\nchecks of the input\n* masks_everywhere: ");
-  fs::remove_all(out);
-  const Outcome ablated = succeed("ablate " + quoted(scene) + " --rules none,mask" + options);
-  expect_mentions(ablated, "checks of the input of inverted\n* masks_everywhere: ");
-  EXPECT_LT(ablated.printed.find("checks of the input"), ablated.printed.find("all: "))
-      << "before what rests on it";
-  const auto summary = read_json(out / "inverted" / "mask" / "summary.json");
-  EXPECT_TRUE(summary.at("checks").contains("masks_everywhere"));
-}
-
-TEST(ProgramChecks, SpeakWhereMasksAreWrittenToo) {
-  const TemporaryFolder folder;
-  const auto said_of_masks = [&](const fs::path& scene, bool uses_depth) {
-    return succeed("masks " + quoted(scene) + (uses_depth ? " --refine" : "") +
-                   " --overwrite --format static --out " + quoted(folder / "out"));
-  };
-  for (const Variant& variant : scene_variants) {
-    const std::string check = variant.check;
-    if (check.rfind("masks_", 0) != 0 && check != "depth_shift") continue;
-    const fs::path scene = folder / "variant";
-    fs::remove_all(scene);
-    fs::copy(base(), scene, fs::copy_options::recursive);
-    variant.make(scene);
-    const bool needs_depth = check == "masks_elsewhere" || check == "depth_shift";
-    expect_mentions(said_of_masks(scene, needs_depth), check + ": ");
-  }
-  for (const bool uses_depth : {false, true}) {
-    const Outcome outcome = said_of_masks(base(), uses_depth);
-    for (const char* word : {"masks_", "depth_", "unchecked"}) EXPECT_FALSE(outcome.mentions(word));
-  }
-}
-
 TEST(ProgramChecks, StopARunAfterThirtyFramesIfNothingCanComeOfIt) {
   const TemporaryFolder folder;
   const fs::path scene = folder.path() / "scene", out = folder.path() / "out";
   succeed("synth " + quoted(scene) + " --frames 31 --width 160 --height 120");
-  set_factor(scene, 1);
+  set_camera(scene, "DepthMapFactor", "DepthMapFactor: 1");
   for (const std::string command :
        {"run --features 200 ", "ablate --features 200 --rules none,mask ",
         "masks --format colmap --refine "}) {

@@ -90,25 +90,10 @@ TEST_F(ProgramFilm, IsRefusedWhereItCannotServe) {
   const std::string out = " --out " + quoted(folder_ / "nothing");
   const std::string masks = "masks " + quoted(film()) + out + " --format ";
   expect_refused(masks + "colmap" + network(), "ffmpeg -i FILM PHOTOS/%06d.png");
-  expect_refused(masks + "static", "name --model or --remote");
+  expect_refused(masks + "static", "has no masks: name them by --masks, or a segmenter by");
   expect_refused(masks + "static --refine" + network(), "has no depth, which --refine needs");
   expect_refused(masks + "depth" + network(), "has no depth, which --format depth needs");
   expect_refused("run " + quoted(film()) + " --truth motion" + out, "a film has no truth");
-}
-
-TEST_F(ProgramFilm, OfAnotherKindGetsItsCure) {
-  const std::pair<const char*, const char*> files[] = {
-      {"a.bag", "save_frames"},      {"a.mcap", "recording of ROS"},
-      {"a.db3", "recording of ROS"}, {"a.svo", "svo_export"},
-      {"a.svo2", "svo_export"},      {"a.mp4", "reads no film from it"},
-      {"a1.jpg", "name its folder"}};
-  for (const auto& [name, cure] : files) {
-    const fs::path file = folder_.write(name, "no film");
-    expect_refused("run " + quoted(file), cure);
-    expect_refused("masks " + quoted(file) + network() + " --out " + quoted(folder_ / "nothing"),
-                   file.string() + ": ");
-  }
-  expect_refused("run 998", "there is no such folder, film or camera");
 }
 
 #ifdef DYNFILTER_LIVE_CAMERA

@@ -78,27 +78,49 @@ TEST_F(ProgramRecordings, EvalExplainsMissingFigures) {
   }
 }
 
-TEST_F(ProgramRecordings, EvalNamesAMonoCameraAPoseThatRepeatsAndTwoClocks) {
-  const auto poses = [&](const char* name, double scale, int still, double begin_s) {
+TEST_F(ProgramRecordings, EvalSaysWhatIsWrong) {
+  const auto poses = [](double scale, int still, double begin_s,
+                        const std::string& rest = " 0 0 0 1") {
     std::string text;
     for (int k = 0; k < 20; ++k) {
       const int seen = k < still ? 0 : k;
       text += std::to_string(begin_s + 0.1 * k) + " " +
               std::to_string(scale * std::cos(0.3 * seen)) + " " +
-              std::to_string(scale * std::sin(0.2 * seen)) + " 0 0 0 0 1\n";
+              std::to_string(scale * std::sin(0.2 * seen)) + " 0" + rest + "\n";
     }
-    return quoted(folder_.write(name, text));
+    return text;
   };
-  const std::string truth = " " + poses("truth.txt", 1, 0, 100);
-  const Outcome good = succeed("eval " + poses("good.txt", 1.02, 1, 100) + truth);
-  EXPECT_FALSE(good.mentions("repeat") || good.mentions("mono")) << good.printed;
-  const Outcome mono = succeed("eval " + poses("mono.txt", 0.4, 0, 100) + truth);
-  expect_mentions(mono,
-                  "the truth is 2.5 times as large as the estimate: a mono camera's? --scale");
-  expect_mentions(succeed("eval " + poses("lost.txt", 1, 4, 100) + truth),
-                  "3 of 20 estimated poses repeat the one before");
-  expect_refused("eval " + poses("other.txt", 1, 0, 7) + truth,
-                 "The estimate begins at 7.000000, the truth at 100.000000");
+  const auto in_commas = [](std::string text) {
+    std::replace(text.begin(), text.end(), ' ', ',');
+    return text;
+  };
+  const std::string truth = quoted(folder_.write("truth.txt", poses(1, 0, 100)));
+  const struct {
+    std::string estimate;
+    const char* words;
+    bool is_refused = false;
+  } faults[] = {
+      {poses(1.02, 1, 100), ""},
+      {poses(0.4, 0, 100),
+       "the truth is 2.5 times as large as the estimate: a mono camera's? --scale"},
+      {poses(1, 4, 100), "3 of 20 estimated poses repeat the one before"},
+      {poses(1, 0, 7), "The estimate begins at 7.000000, the truth at 100.000000", true},
+      {poses(1, 0, 100.05), "The estimate begins at 100.050000, the truth at 100.000000", true},
+      {poses(1, 0, 100, " 0 0 0 1 0.1 0.2"), "cut -d' ' -f1-8", true},
+      {poses(1, 0, 100, " 0 0 1"), "got 7 columns", true},
+      {in_commas(poses(1, 0, 100, " 0 0 0 1 ")), ""},
+      {"1.30503e+09 0 0 0 0 0 0 1\n", "has too few digits", true},
+      {poses(1, 0, 1305031100000), "want seconds, not milliseconds", true},
+      {"1 0 0 0 0 1 0 0 0 0 1 0\n", "has KITTI's 12 columns", true},
+  };
+  for (const auto& [estimate, words, is_refused] : faults) {
+    SCOPED_TRACE(estimate.substr(0, 60));
+    const Outcome outcome = run("eval " + quoted(folder_.write("e.txt", estimate)) + " " + truth);
+    EXPECT_EQ(outcome.exit_code, is_refused ? 1 : 0) << outcome.printed;
+    expect_mentions(outcome, words);
+    const bool is_noted = outcome.mentions("repeat") || outcome.mentions("mono");
+    EXPECT_TRUE(*words != '\0' || !is_noted) << outcome.printed;
+  }
 }
 
 TEST_F(ProgramRecordings, EvalReadsAPipe) {
