@@ -136,7 +136,11 @@ const FrameStatistics& RuleRun::process(const SourceFrame& frame, ExtractedFeatu
   add_pictures(frame, shown, features.keypoints, record);
   keep_static(labels_, features.keypoints, features.descriptors);
   if (odometry_) {
+    timer.reset();
+    timer.start();
     const auto result = odometry_->track(frame.frame, features.keypoints, features.descriptors);
+    timer.stop();
+    record.pose_ms = timer.getTimeMilli();
     record.is_lost = result.tracked != odometry::Tracked::found;
   }
   record_.frames.push_back(std::move(record));

@@ -39,10 +39,10 @@ struct FrameRecord {
   std::string stem;  ///< of the image's file
   double timestamp_s = 0;
   FrameStatistics statistics;
-  std::optional<FeatureScores> scores;            ///< if the truth is known
-  std::optional<FeatureScores> mask_only_scores;  ///< the scores if only the masks acted
-  bool is_lost = false;                           ///< the odometry lost the frame
-  double masks_ms = 0, filter_ms = 0;             ///< time spent waiting for masks, and filtering
+  std::optional<FeatureScores> scores;              ///< if the truth is known
+  std::optional<FeatureScores> mask_only_scores;    ///< the scores if only the masks acted
+  bool is_lost = false;                             ///< the odometry lost the frame
+  double masks_ms = 0, filter_ms = 0, pose_ms = 0;  ///< waiting for masks, filtering, tracking
 };
 
 /// The odometry's result. Its errors are missing without a true trajectory, or if the estimate is

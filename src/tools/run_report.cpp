@@ -3,6 +3,8 @@
 
 #include "run_record.hpp"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <map>
@@ -21,7 +23,16 @@ namespace dynfilter::tools {
 namespace {
 
 constexpr std::pair<const char*, double FrameRecord::*> times_of_frames[] = {
-    {"waiting for masks", &FrameRecord::masks_ms}, {"filter", &FrameRecord::filter_ms}};
+    {"waiting for masks", &FrameRecord::masks_ms},
+    {"filter", &FrameRecord::filter_ms},
+    {"pose, by the reference odometry", &FrameRecord::pose_ms}};
+
+/// Returns the most memory that the program had so far, in megabytes.
+double peak_memory_mb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
 
 /// Formats two cells of a pair of scores; they are empty if the truth is unknown.
 std::string cells_of(const FrameRecord& frame, std::size_t FeatureScores::*score) {
@@ -158,10 +169,11 @@ void print_report(const RunRecord& run) {
   if (run.trajectory) print_trajectory(run);
   std::printf("time a frame                                 median        95 %%\n");
   for (const auto& [name, time_ms] : times_of_frames) {
-    if (run.quantile_ms(time_ms, 1) == 0) continue;  // masks of files
+    if (run.quantile_ms(time_ms, 1) == 0) continue;  // masks of files, or no odometry
     std::printf("  %-38s %6.3f ms %8.3f ms\n", name, run.quantile_ms(time_ms, 0.5),
                 run.quantile_ms(time_ms, 0.95));
   }
+  std::printf("  %-38s %6.0f MB\n", "memory at the most", peak_memory_mb());
   print_findings(run.findings);
 }
 

@@ -43,7 +43,7 @@ TEST_F(Program, RunWritesConsistentResults) {
                               " --features 400 --overlays 2");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
   for (const char* line : {"removed by mask", "removed by compensation", "kept", "  filter  ",
-                           "dynamic left, masks only"}) {
+                           "  pose, ", "memory at the most", "dynamic left, masks only"}) {
     EXPECT_TRUE(outcome.mentions(line)) << line;
   }
   EXPECT_FALSE(outcome.mentions("waiting for masks")) << "they are files";
