@@ -225,16 +225,22 @@ CLI::Validator some_name(const char* what, const Function& accept) {
   return CLI::Validator(error_of, what);
 }
 
+constexpr char ablate_description[] =
+    "Compare rules on sequences, or on levels and seeds: features left and removed, and\n"
+    "the errors of the reference odometry. The results of a scene under a rule go to\n"
+    "OUT/<scene>/<rule>.";
+
+constexpr char ablate_notes[] =
+    "\n\nexamples:\n"
+    "  dynfilter ablate --levels medium,hard --seeds 1-5 --out sweep\n"
+    "  dynfilter ablate rgbd_dataset_freiburg3_walking_xyz --rules none,mask,paper";
+
 }  // namespace
 
 void add_ablate_command(CLI::App& program) {
   const auto options = std::make_shared<AblateOptions>();
   options->plan.out = "dynfilter_ablation";
-  CLI::App* command = program.add_subcommand(
-      "ablate",
-      "Compare rules on sequences, or on levels and seeds: features left and removed, and\n"
-      "the errors of the reference odometry. The results of a scene under a rule go to\n"
-      "OUT/<scene>/<rule>.");
+  CLI::App* command = program.add_subcommand("ablate", ablate_description);
   CLI::Option* sequences =
       command->add_option("SEQUENCES", options->sequences, "folders of sequences");
   add_recording_options(*command, options->recording, sequences);
@@ -277,10 +283,7 @@ void add_ablate_command(CLI::App& program) {
       ->capture_default_str();
   add_setting_options(*command, options->plan.settings);
   command->add_option("--out", options->plan.out, "folder for the results")->capture_default_str();
-  command->footer(rule_list() +
-                  "\n\nexamples:\n"
-                  "  dynfilter ablate --levels medium,hard --seeds 1-5 --out sweep\n"
-                  "  dynfilter ablate rgbd_dataset_freiburg3_walking_xyz --rules none,mask,paper");
+  command->footer(rule_list() + ablate_notes);
   command->callback([options] { ablate(*options); });
 }
 

@@ -219,18 +219,37 @@ void write_mask_images(MasksOptions options) {
   print_written(options, count, image_folder);
 }
 
+constexpr char masks_description[] =
+    "Run a segmenter over a sequence once and write its masks, label maps with an "
+    "instances.csv,\n"
+    "for dynfilter run --masks, for MaskFolderSegmenter and for the plugin; or write mask "
+    "images\n"
+    "for COLMAP and other systems, or depth without what is dynamic, of a segmenter's masks or\n"
+    "of the sequence's own.";
+
+constexpr char masks_notes[] =
+    "formats:\n"
+    "  labels   label maps named by time, with an instances.csv, of a segmenter's or other "
+    "tools'\n"
+    "           masks: what MaskFolderSegmenter and the plugin read\n"
+    "  colmap   for an image a/b.png the mask a/b.png.png: 0 = take no features here, else 255\n"
+    "  static   for an image a/b.png the mask a/b.png: 255 = static, 0 = dynamic\n"
+    "  dynamic  the same names: 255 = dynamic, 0 = static\n"
+    "  depth    the depth images, of the image's size: 0 = no depth where it is dynamic\n"
+    "Masks but labels have one channel of 8 bits and the image's size. Only --refine and "
+    "--motion\nneed a camera file.\n\n"
+    "examples:\n"
+    "  dynfilter masks rgbd_dataset_freiburg3_walking_xyz --remote /run/user/1000/masks\n"
+    "           --out rgbd_dataset_freiburg3_walking_xyz/masks\n"
+    "  dynfilter masks photos --model yolo11n-seg.onnx --format colmap --out colmap_masks\n"
+    "  dynfilter masks scene --format depth --margin 8 --out scene/depth_static\n"
+    "  dynfilter masks scene --format colmap --refine --margin 4 --out colmap_masks";
+
 }  // namespace
 
 void add_masks_command(CLI::App& program) {
   const auto options = std::make_shared<MasksOptions>();
-  CLI::App* command = program.add_subcommand(
-      "masks",
-      "Run a segmenter over a sequence once and write its masks, label maps with an "
-      "instances.csv,\n"
-      "for dynfilter run --masks, for MaskFolderSegmenter and for the plugin; or write mask "
-      "images\n"
-      "for COLMAP and other systems, or depth without what is dynamic, of a segmenter's masks or\n"
-      "of the sequence's own.");
+  CLI::App* command = program.add_subcommand("masks", masks_description);
   CLI::Option* sequence =
       command
           ->add_option(
@@ -259,23 +278,7 @@ void add_masks_command(CLI::App& program) {
   command->add_flag("--overwrite", options->overwrite,
                     "replace the masks of an earlier call when all new ones are made");
   add_segmenter_options(*command, options->segmenter);
-  command->footer(
-      "formats:\n"
-      "  labels   label maps named by time, with an instances.csv, of a segmenter's or other "
-      "tools'\n"
-      "           masks: what MaskFolderSegmenter and the plugin read\n"
-      "  colmap   for an image a/b.png the mask a/b.png.png: 0 = take no features here, else 255\n"
-      "  static   for an image a/b.png the mask a/b.png: 255 = static, 0 = dynamic\n"
-      "  dynamic  the same names: 255 = dynamic, 0 = static\n"
-      "  depth    the depth images, of the image's size: 0 = no depth where it is dynamic\n"
-      "Masks but labels have one channel of 8 bits and the image's size. Only --refine and "
-      "--motion\nneed a camera file.\n\n"
-      "examples:\n"
-      "  dynfilter masks rgbd_dataset_freiburg3_walking_xyz --remote /run/user/1000/masks\n"
-      "           --out rgbd_dataset_freiburg3_walking_xyz/masks\n"
-      "  dynfilter masks photos --model yolo11n-seg.onnx --format colmap --out colmap_masks\n"
-      "  dynfilter masks scene --format depth --margin 8 --out scene/depth_static\n"
-      "  dynfilter masks scene --format colmap --refine --margin 4 --out colmap_masks");
+  command->footer(masks_notes);
   command->callback([options, of_images] {
     const bool is_labels = options->format == labels_format;
     if (is_labels && options->segmenter.is_unset() && options->scene.masks.empty()) {

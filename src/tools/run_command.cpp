@@ -86,19 +86,36 @@ void run(const RunOptions& options) {
               options.settings.overlays > 0 ? ", overlays/" : "");
 }
 
+constexpr char run_description[] =
+    "Filter the ORB features of a sequence (TUM RGB-D or BONN layout) by its masks/ folder. "
+    "Show\n"
+    "what was removed (a table, overlays, one line a frame), and track the camera on the other\n"
+    "features with the reference odometry. Say what is wrong with the sequence, such as late\n"
+    "depth or old masks, and what mends it. If the sequence has masks_true/, the features are\n"
+    "scored against it; if it has groundtruth.txt, so is the trajectory.";
+
+constexpr char run_notes[] =
+    "\n\nrows of the report:\n"
+    "  removed by mask          on the mask of a dynamic object\n"
+    "  removed by compensation  off the masks, taken for the object by the rule\n"
+    "  restored                 removed first, and kept in the end: motion sees it at rest\n"
+    "  kept at the fewest       features kept in the worst frame\n"
+    "  cautious frames          too few features were left, so only sure ones went\n"
+    "  dynamic left             should have gone, by the true masks or --truth\n"
+    "  static removed           should have stayed\n"
+    "  frames lost              the odometry found no pose\n\n"
+    "examples:\n"
+    "  dynfilter run rgbd_dataset_freiburg3_walking_xyz --out result\n"
+    "  dynfilter run scene --rule mask --masks scene/masks_true\n"
+    "  dynfilter run --level medium --scene-seed 5 --rule crowd_slam\n"
+    "  dynfilter run scene --model FILE.onnx";
+
 }  // namespace
 
 void add_run_command(CLI::App& program) {
   const auto options = std::make_shared<RunOptions>();
   options->settings.overlays = 6;
-  CLI::App* command = program.add_subcommand(
-      "run",
-      "Filter the ORB features of a sequence (TUM RGB-D or BONN layout) by its masks/ folder. "
-      "Show\n"
-      "what was removed (a table, overlays, one line a frame), and track the camera on the other\n"
-      "features with the reference odometry. Say what is wrong with the sequence, such as late\n"
-      "depth or old masks, and what mends it. If the sequence has masks_true/, the features are\n"
-      "scored against it; if it has groundtruth.txt, so is the trajectory.");
+  CLI::App* command = program.add_subcommand("run", run_description);
   CLI::Option* sequence = command->add_option(
       "SEQUENCE", options->scene.sequence,
       "folder of the sequence; or a film, or a camera's number, for 300 frames");
@@ -135,22 +152,7 @@ void add_run_command(CLI::App& program) {
   command->add_option("--overlays", options->settings.overlays, "number of frames to draw")
       ->check(CLI::Range(0, 100000))
       ->capture_default_str();
-  command->footer(
-      rule_list() +
-      "\n\nrows of the report:\n"
-      "  removed by mask          on the mask of a dynamic object\n"
-      "  removed by compensation  off the masks, taken for the object by the rule\n"
-      "  restored                 removed first, and kept in the end: motion sees it at rest\n"
-      "  kept at the fewest       features kept in the worst frame\n"
-      "  cautious frames          too few features were left, so only sure ones went\n"
-      "  dynamic left             should have gone, by the true masks or --truth\n"
-      "  static removed           should have stayed\n"
-      "  frames lost              the odometry found no pose\n\n"
-      "examples:\n"
-      "  dynfilter run rgbd_dataset_freiburg3_walking_xyz --out result\n"
-      "  dynfilter run scene --rule mask --masks scene/masks_true\n"
-      "  dynfilter run --level medium --scene-seed 5 --rule crowd_slam\n"
-      "  dynfilter run scene --model FILE.onnx");
+  command->footer(rule_list() + run_notes);
   command->callback([options] {
     if (options->scene.sequence.empty() && options->scene.level.empty()) {
       throw CLI::RequiredError("SEQUENCE or --level");
