@@ -226,7 +226,8 @@ TEST(MotionWork, IsNotRest) {
     cv::Mat image = shot.rendered.frame.image.clone();
     const cv::Rect body = person.box & cv::Rect(2, 0, image.cols - 2, image.rows);
     const cv::Rect arms(body.x, body.y + body.height / 2, body.width, body.height / 2);
-    image(arms - cv::Point(i % 2 == 0 ? 2 : 0, 0)).copyTo(image(arms));
+    const cv::Mat& still = shot.rendered.frame.image;
+    still(arms - cv::Point(i % 2 == 0 ? 2 : 0, 0)).copyTo(image(arms));
     shot.rendered.frame.image = image;
     std::size_t on_body = 0, on_arms = 0;
     const auto is_left_out = [&](const cv::KeyPoint& keypoint) {
