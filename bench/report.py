@@ -59,7 +59,7 @@ def depth_lbp_table(times, cores):
         label = f"{FORMS[form]}, {DEPTHS[depth]}, {size}"
         rows.setdefault(key, {"label": label, "form": form, "threads": threads})[who] = time
     others = COLUMNS + sorted({name.split("/")[4] for name in times} - {*COLUMNS, "dynfilter"})
-    heads = "".join(f"{who.replace('_', ' '):>13}" for who in others)
+    heads = "".join(f"{who.replace('_', ' '):>15}" for who in others)
     yield f"D-LBP on {processor()}, {cores} cores: wall time, the least of all runs."
     yield f"{'':90}times as fast as, on as many threads"
     yield f"{'':56}{'threads':>8}{'time':>20}{heads}"
@@ -70,7 +70,7 @@ def depth_lbp_table(times, cores):
         # A call computes 1000 features, so microseconds are nanoseconds a feature.
         time = f"{ours / 1000:.3f} ms" if row["form"] == "dense" else f"{ours:.1f} ns a feature"
         ratios = [row[who] / ours if who in row else None for who in others]
-        cells = "".join(f"{'-' if r is None else format(r, '.2f' if r < 10 else '.0f'):>13}" for r in ratios)
+        cells = "".join(f"{'-' if r is None else format(r, '.2f' if r < 10 else '.0f'):>15}" for r in ratios)
         yield f"{row['label']:56}{row['threads']:>8}{time:>20}{cells}"
 
 

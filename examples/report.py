@@ -126,7 +126,8 @@ def table(rules, values, spreads):
         cells = ""
         for name, column in values.items():
             low, high = spreads[name][i]
-            cells += f"<td>{column[i]:.3g}{f' ({low:.3g}..{high:.3g})' if low < high else ''}</td>"
+            low, high, middle = (f"{value:.0f}" if value >= 100 else f"{value:.3g}" for value in (low, high, column[i]))
+            cells += f"<td>{middle}{f' ({low}..{high})' if low != high else ''}</td>"
         rows.append(f"<tr><td>{html.escape(rule)}</td>{cells}</tr>")
     return f"<table>{''.join(rows)}</table>"
 

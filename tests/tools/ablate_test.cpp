@@ -48,7 +48,7 @@ TEST_F(Ablate, PrintsTheTablesOfEveryGroup) {
   for (const char* title :
        {"all: dynamic left/static removed a frame (in a worst frame of a hundred)",
         "all: RMSE of the ATE in m/frames tracked in %/features kept at the fewest",
-        "all: ATE over that of rule mask", "in the form of the paper's Table 4"}) {
+        "all: ATE over that of rule mask", "in the form of the paper's Table 1 and 4"}) {
     EXPECT_NE(printed().find(title), std::string::npos) << title << '\n' << printed();
   }
   double left = 0, fewest = 0;
