@@ -106,7 +106,7 @@ def test_points_and_boxes_of_another_reading_are_named(scene):
     sound = findings_of(scene, scene.mask[None])
     assert not {"features_outside", "features_quarter", "boxes"} & set(sound)
     for points, part in [(scene.points[:, ::-1], "give (x, y)"), (scene.points / (160, 120), "normalised")]:
-        found = findings_of(scene, scene.mask[None], points=np.ascontiguousarray(points))
+        found = findings_of(scene, scene.mask[None], points=np.ascontiguousarray(points, np.float32))
         assert part in found.get("features_outside", "") + found.get("features_quarter", "")
     y, x = np.nonzero(scene.mask)
     x1, y1, x2, y2 = x.min(), y.min(), x.max() + 1, y.max() + 1
