@@ -69,8 +69,8 @@ std::vector<int> class_ids(std::vector<std::string> classes,
     const double place = place_of(one);
     const double id = place < unknown ? place : detail::parse_number(one).value_or(-1);
     if (!(id >= 0 && id <= std::numeric_limits<int>::max()) || id != std::floor(id)) {
-      throw std::runtime_error(
-          detail::shown("--classes: got " + one + "; want ids from 0 on, or names of " + known));
+      throw std::runtime_error(detail::shown(detail::concatenate(
+          "--classes: got ", one, "; want ids from 0 on, or names of ", known)));
     }
     ids.push_back(static_cast<int>(id));
   }
