@@ -40,7 +40,7 @@ def linked(match, page):
         return f"![{text}]({pathlib.PurePosixPath(target).name})"
     path, _, anchor = target.partition("#")
     file = (page.parent / path).resolve() if path else page
-    if file.suffix != ".md":
+    if file.suffix != ".md" or ".github" in file.parts:  # is not among Doxygen's pages
         return text
     return f"[{text}](@ref {label(file, anchor)})"
 

@@ -43,8 +43,9 @@ class FrameFeatures {
       bool operator!=(const Iterator& other) const { return place != other.place; }
     };
 
-    detail::PixelBounds bounds;     ///< what the features are inside
-    const Place *first, *past_end;  ///< the features of the strips that meet the bounds
+    detail::PixelBounds bounds;  ///< what the features are inside
+    const Place* first;          ///< first feature of the strips that meet the bounds
+    const Place* past_end;       ///< end of those features
 
     /// First feature.
     Iterator begin() const { return first_from(first); }
