@@ -95,7 +95,7 @@ case "$name" in
     chosen[--features]=1000,1040,1200,1500,1750,2000
     chosen[--rules]=none,mask,paper_depth,paper,depth_motion
     marks='paper tables'
-    tables='^(checks of the input|in the form of|removed a frame)'
+    tables='^(checks of the input|in the form of|removed a frame|improvement of)'
     ;;
 esac
 readme=no
