@@ -50,7 +50,7 @@ inline cv::Mat refined_mask(const SurfaceRule& rule, const DepthObject& object, 
   return mask;
 }
 
-/// Takes off an object's refined mask what is not surely the object's.
+/// Removes from an object's refined mask what is not surely the object's.
 inline void keep_sure(const DepthObject& object, Instance& refined) {
   for (cv::Point at; at.y < refined.mask.rows; ++at.y) {
     for (at.x = 0; at.x < refined.mask.cols; ++at.x) {
@@ -65,11 +65,11 @@ inline void keep_sure(const DepthObject& object, Instance& refined) {
 
 /// Returns the segmentation with the masks of dynamic objects corrected by the frame's depth. A
 /// mask becomes the fresh mask and the pixels that belong to the object, by the surface there or
-/// because rule `depth` would remove a feature there. Where fresh masks would leave less than two
-/// fifths of the pixels with depth, only what is surely the object's is added: near its depth or
-/// its mask. Hand over the filter's culler and options. Objects whose depth is not known, and all
-/// without a depth image, keep their masks. Throws std::invalid_argument for malformed input or
-/// options. O(pixels).
+/// because rule `depth` would remove a feature there. Where refined masks would leave less than
+/// two fifths of the pixels with depth, and are fresh, only what is surely the object's is added:
+/// near its depth or its mask. Hand over the filter's culler and options. Objects whose depth is
+/// not known, and all without a depth image, keep their masks. Throws std::invalid_argument for
+/// malformed input or options. O(pixels).
 inline Segmentation refined(const FrameView& view, const Segmentation& segmentation,
                             const MaskCuller& culler = MaskCuller(),
                             const DepthCompensatorOptions& options = {}) {

@@ -73,6 +73,7 @@ class RangeEstimator {
   }
 
  private:
+  /// Returns the limits of the inliers. May change the order of the sorted values.
   ValueRange inlier_fences(std::vector<double>& sorted) const {
     if (options_.outlier_rule == OutlierRule::interquartile_range) {
       const double lower = quantile(sorted, 0.25);
