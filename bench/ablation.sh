@@ -17,7 +17,7 @@ Builds the program and compares rules on levels of the rendered scene and on the
 trajectory of the reference odometry. Prints the tables. Takes about half a minute a scene on two cores.
 
   (nothing)  the usual rules and depth_motion on four levels with five seeds that tuned nothing, 150 frames
-  features   the usual rules on ten levels, every tenth frame, without odometry
+  features   the usual rules on nine levels, every tenth frame, without odometry
   recordings our rules on recorded people, of which the truth by motion is known (masks_moving/)
   motion     rules that judge motion beside those that know only classes, by what moves
   coverage   how often each rule tracks: six numbers of features, four scenes and the given sequences;
@@ -25,7 +25,8 @@ trajectory of the reference odometry. Prints the tables. Takes about half a minu
   quality    the ATE where good masks are made worse, three scenes or the given sequences
   age        the ATE where good masks are up to a second old
   paper      the paper's Tables 1 to 4, of six numbers of features; of TUM's sequences with --camera tum3
-  --readme   put the overview into bench/README.md
+  --readme   put the overview into bench/README.md, that of paper into bench/paper.md,
+             that of features nowhere
 
   DYNFILTER_BUILD_DIR  folder of the build, default build/release in the repository
 END
@@ -47,6 +48,7 @@ chosen[--frames]=150
 chosen[--rules]=none,mask,mask_robust,dynaslam,lk_epipolar,crowd_slam,ngd_slam,paper,depth,depth_motion,perfect
 chosen[--out]=$root/out/$name
 marks='trajectory tables'
+page=README.md
 tables='^all: RMSE of the ATE'
 case "$name" in
   features)
@@ -62,7 +64,7 @@ case "$name" in
   recordings)
     unset 'chosen[--levels]' 'chosen[--seeds]' 'chosen[--frames]'
     chosen[--truth]=motion
-    chosen[--rules]=none,mask,paper,depth,masks_motion,depth_motion,perfect
+    chosen[--rules]=none,mask,paper,depth,depth_motion,perfect
     marks='recordings tables'
     tables='^all: (dynamic left|RMSE)'
     ;;
@@ -71,7 +73,7 @@ case "$name" in
     chosen[--seeds]=101-103
     chosen[--frames]=120
     chosen[--truth]=motion
-    chosen[--rules]=none,mask,depth,motion,masks_motion,depth_motion,perfect
+    chosen[--rules]=none,mask,depth,motion,depth_motion,perfect
     marks='motion tables'
     tables='^all: ATE over that of rule mask'
     ;;
@@ -84,10 +86,10 @@ case "$name" in
   quality | age)
     unset 'chosen[--levels]' 'chosen[--seeds]' 'chosen[--frames]'
     chosen[--rules]=mask,mask_moved,paper,depth_motion,perfect
-    chosen[--degrade]=late_0,late_3,late_6,late_10,late_15,late_30
+    chosen[--degrade]=late_0,late_3,late_6,late_15,late_30
     if [[ $name == quality ]]; then
       chosen[--rules]=mask,paper,depth_motion,perfect
-      chosen[--degrade]=eroded_0,eroded_2,eroded_4,eroded_8,eroded_16,disc,boxes,missing_10,missing_3
+      chosen[--degrade]=eroded_0,eroded_2,eroded_4,eroded_8,eroded_16,disc,boxes,missing_3
     fi
     ;;
   paper)
@@ -95,6 +97,7 @@ case "$name" in
     chosen[--features]=1000,1040,1200,1500,1750,2000
     chosen[--rules]=none,mask,paper_depth,paper,depth_motion
     marks='paper tables'
+    page=paper.md
     tables='^(checks of the input|in the form of|removed a frame|improvement of)'
     ;;
 esac
@@ -166,4 +169,4 @@ case "$name" in
     ;;
 esac
 [[ ! $name =~ ^(coverage|quality|age)$ ]] || printf '%s\n' "$table"
-if [[ $readme == yes ]]; then fill_marks "$root/bench/README.md" "$marks" "$table"; fi
+if [[ $readme == yes ]]; then fill_marks "$root/bench/$page" "$marks" "$table"; fi

@@ -16,8 +16,8 @@ valgrind, those of a frame under each rule, which are the same on every machine.
 
   --quick    fewer repetitions
   --out DIR  default: out/bench in the repository
-  --readme   put the table of D-LBP and the instructions into bench/README.md, the filter's ratios into
-             README.md
+  --readme   put the table of D-LBP into bench/paper.md, the instructions into bench/README.md, the filter's
+             ratios into README.md
 
   DYNFILTER_BUILD_DIR  folder of the build, default build/bench in the repository
 END
@@ -70,7 +70,7 @@ cmake -S "$root" -B "$build_dir" "${configure_options[@]}" -DCMAKE_BUILD_TYPE=Re
 cmake --build "$build_dir" --target "${targets[@]}"
 
 # Tables in the pages, by benchmark.
-declare -A page=([depth_lbp]=bench/README.md [filter]=README.md)
+declare -A page=([depth_lbp]=bench/paper.md [filter]=README.md)
 declare -A marks=([depth_lbp]="D-LBP table" [filter]="filter ratios")
 declare -A min_time_s=([depth_lbp]=0.01 [filter]=0.1)
 
@@ -82,8 +82,8 @@ if [[ ${names[*]} == instructions ]]; then
     { tail -20 "$out/instructions.txt" >&2; die "instructions failed"; }
   table=$(callgrind_annotate --inclusive=yes --threshold=100 "$out/callgrind.out" |
     sed -nE 's/^ *([0-9,]+) .*::count_([a-z]+)\(.*/\2 \1/p' | tr -d , | sort -u -k1,1 | sort -k2,2g |
-    awk 'BEGIN { print "millions of instructions a frame, medium, 1000 features" }
-      { printf "%-8s %8.2f\n", $1, $2 / 10 / 1e6 }')
+    awk '{ names = names sprintf("%8s", $1); counts = counts sprintf("%8.2f", $2 / 10 / 1e6) }
+      END { print "millions of instructions a frame, medium, 1000 features"; print names; print counts }')
   printf '%s\n' "$table"
   if [[ $readme == yes ]]; then fill_marks "$root/bench/README.md" "instructions" "$table"; fi
   exit

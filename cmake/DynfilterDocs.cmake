@@ -14,7 +14,7 @@ set(_docs_images "\"${PROJECT_SOURCE_DIR}/examples/images\"")
 file(GLOB _docs_pages CONFIGURE_DEPENDS
      ${PROJECT_SOURCE_DIR}/README.md
      ${PROJECT_SOURCE_DIR}/CHANGELOG.md
-     ${PROJECT_SOURCE_DIR}/bench/README.md
+     ${PROJECT_SOURCE_DIR}/bench/*.md
      ${PROJECT_SOURCE_DIR}/include/dynfilter/README.md
      ${PROJECT_SOURCE_DIR}/include/dynfilter/motion/README.md
      ${PROJECT_SOURCE_DIR}/examples/README.md
