@@ -13,9 +13,7 @@ Clones the last commit into a bare system of each Debian suite (default: bullsey
 steps of tests/run.sh there, which installs what it needs. A step takes half an hour on two idle
 cores, and 6 gigabytes while it runs. Needs root and debootstrap.
 
-  STEP      clang: the unit tests, built by that suite's clang
-            dev: all tests but the slow ones, built by its g++
-            default: both
+  STEP      sanitized, clang, dev: those of tests/run.sh, by that suite's compilers; default: all three
 
   DYNFILTER_DATA_DIR          folder with recorded data, which is copied into the systems
   DYNFILTER_SCRATCH_DIR       folder for the systems, default /var/tmp; each run makes its own below it
