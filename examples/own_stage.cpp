@@ -6,19 +6,19 @@
 // counts are wrong.
 
 #include <cstdio>
-#include <optional>
 #include <vector>
 
 #include <dynfilter/dynfilter.hpp>
 
 int main() {
   const auto too_far = [](const dynfilter::FilterInput& input, dynfilter::FeatureLabels& labels) {
-    for (std::size_t i = 0; i < input.features.size(); ++i) {
-      const std::optional<double> depth_m = input.frame.depth_m(input.features.pixel(i));
-      if (depth_m && *depth_m > 6) labels.remove(i, -1, dynfilter::Reason::custom, 0.5F);
+    dynfilter::validate(input, labels, "too_far");
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      if (input.depth_m(i) > 6.0) labels.remove(i, -1, dynfilter::Reason::custom, 0.5F);
     }
   };
-  const dynfilter::Pipeline filter(dynfilter::MaskCuller{}, dynfilter::Compensator{}, too_far);
+  const dynfilter::Pipeline filter(dynfilter::MaskCuller{}, dynfilter::Compensator{}, too_far,
+                                   dynfilter::FeatureFloor{});
 
   // A wall at 3 m on the left and 8 m on the right, with a person in front of each half.
   dynfilter::FrameView frame;

@@ -142,7 +142,6 @@ class EdgeCompensator {
                    std::vector<SampleCandidate>& candidates) const {
     const Instance& instance = input.segmentation.instances[k];
     const cv::Rect masked(instance.mask_origin, instance.mask.size());
-    const bool has_image = !input.frame.depth.empty();
     candidates.clear();
     for (const std::size_t i : input.index.inside(masked)) {
       const FeatureLabel& label = labels[i];
@@ -151,8 +150,7 @@ class EdgeCompensator {
       if (!is_masked) continue;
       const cv::Point pixel = input.index.pixel(i);
       if (!instance.covers(pixel)) continue;
-      const std::optional<double> depth_m =
-          has_image ? input.frame.depth_m(pixel) : input.features.depth_m(i);
+      const std::optional<double> depth_m = input.depth_m(i);
       if (!depth_m) continue;
       candidates.push_back({detail::wrapping_difference(pixel, instance.box.tl()), i, *depth_m});
     }
@@ -164,16 +162,13 @@ class EdgeCompensator {
   void compensate(const FilterInput& input, std::size_t k, FeatureLabels& labels) const {
     const Instance& instance = input.segmentation.instances[k];
     const InstanceStatistics& statistics = labels.statistics().instances[k];
-    const bool has_image = !input.frame.depth.empty();
-    const bool has_codes = has_image && uses_codes_;
+    const bool has_codes = !input.frame.depth.empty() && uses_codes_;
     for (const std::size_t i : input.index.inside(instance.box)) {
       if (labels.is_removed(i)) continue;
-      const cv::Point pixel = input.index.pixel(i);
-      const std::optional<double> depth_m =
-          has_image ? input.frame.depth_m(pixel) : input.features.depth_m(i);
       const bool joins =
-          fits(statistics.depth_range_m, depth_m) &&
-          (!has_codes || fits(statistics.code_range, depth_lbp_.code(input.frame.depth, pixel)));
+          fits(statistics.depth_range_m, input.depth_m(i)) &&
+          (!has_codes ||
+           fits(statistics.code_range, depth_lbp_.code(input.frame.depth, input.index.pixel(i))));
       if (!joins) continue;
       labels.remove(i, static_cast<std::int32_t>(k), Reason::compensated, instance.score);
     }

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "dynfilter/detail/errors.hpp"
@@ -40,6 +41,15 @@ class FilterInput {
     require_segmented_size(frame.depth, "a depth image");
     require_segmented_size(frame.image, "an image");
     memory_->read(features);
+  }
+
+  FilterInput(const FrameView&&, const Segmentation&, FeaturesView, Workspace* = nullptr) = delete;
+  FilterInput(const FrameView&, const Segmentation&&, FeaturesView, Workspace* = nullptr) = delete;
+
+  /// Depth of feature i, which must exist: in the depth image, else the one that came with it.
+  /// Nothing if it is unknown. O(1).
+  std::optional<double> depth_m(std::size_t i) const {
+    return frame.depth.empty() ? features.depth_m(i) : frame.depth_m(index.pixel(i));
   }
 
   const FrameView& frame;            ///< the frame to filter

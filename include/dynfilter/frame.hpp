@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include <opencv2/core.hpp>
@@ -72,11 +73,13 @@ inline void validate(const FrameView& frame, const char* component) {
         "CV_16UC1 with metres_per_unit, or CV_32FC1 in metres");
   }
   const double scale = frame.depth_scale();
-  if (!(scale > 0) || std::isinf(scale)) {
-    detail::throw_misuse(component,
-                         detail::concatenate("metres_per_unit = ", frame.metres_per_unit,
-                                             " with a ", detail::type_name(frame.depth), " depth"),
-                         "metres per depth unit, above 0 (TUM and BONN: 1.0 / 5000)");
+  const double most = type == CV_16UC1 ? 1 : std::numeric_limits<double>::max();
+  if (!(scale > 0 && scale <= most)) {
+    detail::throw_misuse(
+        component,
+        detail::concatenate("metres_per_unit = ", frame.metres_per_unit, " with a ",
+                            detail::type_name(frame.depth), " depth"),
+        "metres per depth unit, above 0, of 16 bits at most 1 (TUM and BONN: 1.0 / 5000)");
   }
   if (!frame.image.empty() && frame.image.size() != frame.depth.size()) {
     detail::throw_misuse(

@@ -140,7 +140,7 @@ class FeatureLabels {
   /// Gives a removed feature back; its instance and score stay readable. Returns whether it was
   /// removed. Throws std::invalid_argument for a feature that does not exist. O(1).
   bool restore(std::size_t i) {
-    require_feature(i);
+    require_feature("FeatureLabels::restore", i);
     return restore(i, labels_[i].score);
   }
 
@@ -173,15 +173,15 @@ class FeatureLabels {
   FrameStatistics& statistics() { return statistics_; }
 
  private:
-  void require_feature(std::size_t i) const {
+  void require_feature(const char* call, std::size_t i) const {
     if (i >= labels_.size()) {
-      detail::throw_misuse("FeatureLabels", detail::concatenate("feature ", i),
+      detail::throw_misuse(call, detail::concatenate("feature ", i),
                            detail::concatenate("an index below ", labels_.size()));
     }
   }
 
   void require_verdict(const char* call, std::size_t i, std::int32_t instance, float score) const {
-    require_feature(i);
+    require_feature(call, i);
     const auto instances = static_cast<std::int64_t>(statistics_.instances.size());
     if (instance < -1 || instance >= instances) {
       detail::throw_misuse(call, detail::concatenate("instance ", instance),

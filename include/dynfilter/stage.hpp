@@ -23,7 +23,8 @@ void run_stage(const Stage& stage, const FilterInput& input, FeatureLabels& labe
   using WithoutWorkspace = std::is_invocable<const Stage&, const FilterInput&, FeatureLabels&>;
   static_assert(WithWorkspace::value || WithoutWorkspace::value,
                 "a stage is a callable void(const FilterInput&, FeatureLabels&) const, perhaps "
-                "with a Workspace& as third argument; wrap an object that changes in std::ref");
+                "with a Workspace& as third argument; wrap an object that changes in std::ref; "
+                "of a filter, list the stages");
   if constexpr (WithWorkspace::value) {
     stage(input, labels, workspace);
   } else {

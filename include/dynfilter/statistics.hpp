@@ -114,12 +114,12 @@ struct FrameStatistics {
   bool starved = false;  ///< fewer features than the floor are left
   /// Number to extract next time; 0 = the present number suffices.
   std::size_t suggested_features = 0;
-  /// False: no masks are known; true without instances: nobody is there.
+  /// False: no masks are known; true without instances: nobody is there. Set by Pipeline.
   bool has_segmentation = false;
   bool has_mask_stage = false;  ///< MaskCuller ran, whether or not anything lay on masks
   /// Time of the frame minus time of its masks, seconds; NaN without masks or without their time.
   double segmentation_age_s = std::numeric_limits<double>::quiet_NaN();
-  bool has_depth = false;                     ///< whether the frame has a depth image
+  bool has_depth = false;                     ///< the frame has a depth image; set by Pipeline
   MotionStatistics motion;                    ///< of the motion evidence
   std::vector<InstanceStatistics> instances;  ///< one per instance, in the segmentation's order
 

@@ -47,6 +47,7 @@ const std::vector<BadInput> bad_inputs = {
      },
      {"CV_8UC1 with 3 dimensions"}},
     {[](auto& c) { c.frame.metres_per_unit = 0; }, {"metres_per_unit = 0"}},
+    {[](auto& c) { c.frame.metres_per_unit = 5000; }, {"metres_per_unit = 5000", "at most 1"}},
     {[](auto& c) { c.frame.metres_per_unit = not_a_number; }, {"metres_per_unit = nan"}},
     {[](auto& c) { c.frame.metres_per_unit = infinite; }, {"metres_per_unit = inf"}},
     {[](auto& c) { c.frame.timestamp_s = not_a_number; }, {"timestamp_s = nan", "frame"}},

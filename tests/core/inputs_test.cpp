@@ -3,13 +3,17 @@
 
 #include "dynfilter/features.hpp"
 
-#include "dynfilter/frame.hpp"
+#include "dynfilter/filter_input.hpp"
 #include "dynfilter/segmenter.hpp"
 #include "support/oracle.hpp"
 #include "support/test.hpp"
 
 namespace dynfilter::testing {
 namespace {
+
+// FilterInput refers to frame and masks, so they must not be temporary.
+static_assert(!std::is_constructible_v<FilterInput, FrameView, const Segmentation&, FeaturesView>);
+static_assert(!std::is_constructible_v<FilterInput, const FrameView&, Segmentation, FeaturesView>);
 
 TEST(NearestPixel, RoundsHalvesUp) {
   EXPECT_EQ(nearest_pixel({0.5F, 1.5F}), cv::Point(1, 2));

@@ -31,7 +31,7 @@ def test_verdicts_of_your_own():
     for reason in (dynfilter.Reason.untouched, dynfilter.Reason.restored, dynfilter.Reason.still):
         with pytest.raises(ValueError, match="FeatureLabels::remove: got the reason"):
             labels.remove(0, -1, reason, 0.5)
-    with pytest.raises(ValueError, match="FeatureLabels: got feature 10; want an index below 10"):
+    with pytest.raises(ValueError, match="FeatureLabels::remove: got feature 10; want an index below 10"):
         labels.remove(10, -1, dynfilter.Reason.custom, 0.5)
 
 
