@@ -177,13 +177,15 @@ Finding camera_is_wrong(const Summary& s) {
   return say("camera_size", fx, fy, cx, cy, size_name(s.size));
 }
 
+/// Who takes every n-th frame has them seconds apart; in milliseconds, 125 a second are 8 apart.
 Finding times_are_wrong(const Summary& s) {
   const double period_s = s.period_s();
-  if (!(period_s < 0.001 || period_s > 0.9)) return {};
-  const char* const unit = period_s > 1e6    ? "nanoseconds"
-                           : period_s > 1e3  ? "microseconds"
-                           : period_s > 1.01 ? "milliseconds"
-                                             : "indices";
+  const bool are_indices = std::abs(period_s - 1) < 0.01;
+  if (!(period_s < 0.001 || are_indices || period_s > 8)) return {};
+  const char* const unit = period_s > 1e6   ? "nanoseconds"
+                           : period_s > 1e3 ? "microseconds"
+                           : are_indices    ? "indices"
+                                            : "milliseconds";
   return say("times", rounded(period_s), unit);
 }
 

@@ -91,7 +91,8 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
       filter_(mask_stage_of(rule, culler_options(rule, settings)),
               stage_of(rule, settings.mask_culler, source.facts().camera)),
       masks_alone_(mask_stage_of(rule, culler_options(rule, settings))),
-      pictures_(staged_.path(), source.size(), settings.overlays, rule) {
+      pictures_(staged_.path(), (source.size() + settings.every - 1) / settings.every,
+                settings.overlays, rule) {
   if (rule.moves_masks()) propagator_.emplace();
   if (rule.carries_masks()) carrier_.emplace(settings.mask_culler.dynamic_classes);
   if (source.facts().has_depth && settings.every == 1) {

@@ -143,6 +143,10 @@ TEST(InputChecks, AreSilentAboutSoundFrames) {
   const InputChecks checks = checked([](CheckedFrame&, int) {});
   EXPECT_EQ(all_sentences(checks), "");
   EXPECT_EQ(checks.frames(), sound_frames().size());
+  const Change seconds_apart = [](CheckedFrame& f, int) {
+    f.view.timestamp_s *= 60, *f.masks->timestamp_s *= 60;
+  };
+  EXPECT_EQ(all_sentences(checked(seconds_apart)), "");
 }
 
 /// Makes another box of each instance's; gives each a mask that fits the box first.

@@ -84,6 +84,7 @@ TEST_F(ProgramFilm, IsFilteredByANetworkOrByItsMasksOnDisk) {
   succeed("run " + quoted(film()) + network() + " --every 5" + options +
           quoted(folder_ / "some frames"));
   EXPECT_EQ(read_csv(folder_ / "some frames/frames.csv")[2][1], "0.500000");
+  EXPECT_TRUE(fs::exists(folder_ / "some frames/overlays/1.000000.png")) << "the second of two";
 }
 
 TEST_F(ProgramFilm, IsRefusedWhereItCannotServe) {
