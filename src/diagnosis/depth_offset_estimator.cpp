@@ -119,16 +119,20 @@ Vertex vertex_of(const Curve& x, const Curve& y) {
 
 }  // namespace
 
+bool DepthOffsetEstimator::takes(const cv::Mat& image) {
+  const int type = image.type();
+  return !image.empty() && (type == CV_8UC1 || type == CV_8UC3 || type == CV_8UC4);
+}
+
 void DepthOffsetEstimator::add(const FrameView& frame, double depth_timestamp_s) {
   validate(frame, component);
-  const int type = frame.image.type();
-  if (frame.image.empty() || frame.depth.empty() || (type != CV_8UC1 && type != CV_8UC3)) {
+  if (frame.depth.empty() || !takes(frame.image)) {
     detail::throw_misuse(
         component,
         detail::concatenate("an image of type ", detail::type_name(frame.image), " and size ",
                             detail::size_name(frame.image.size()), ", depth of size ",
                             detail::size_name(frame.depth.size())),
-        "an image CV_8UC1 or CV_8UC3 and depth of its size");
+        "an image CV_8UC1, CV_8UC3 or CV_8UC4 and depth of its size");
   }
   detail::OptionCheck{component}(std::isfinite(depth_timestamp_s), "depth_timestamp_s",
                                  depth_timestamp_s, "a finite time in seconds");

@@ -93,9 +93,8 @@ void InputSummary::add(const FrameView& frame, SegmentationView masks, FeaturesV
   add_features(frame, masks, seen, statistics);
   ++frames;
   constexpr std::size_t max_compared = 300;  // frames, of 3 ms each
-  const bool has_both = !frame.image.empty() && !frame.depth.empty();
-  const bool is_known_type = frame.image.type() == CV_8UC1 || frame.image.type() == CV_8UC3;
-  if (other_size.empty() && has_both && is_known_type && frames <= max_compared) {
+  const bool has_both = DepthOffsetEstimator::takes(frame.image) && !frame.depth.empty();
+  if (other_size.empty() && has_both && frames <= max_compared) {
     offset.add(frame, depth_timestamp_s);
   }
 }

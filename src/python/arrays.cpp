@@ -56,7 +56,7 @@ const ArrayHolder& array_holder() {
 const char* wanted(Pixels kind) {
   switch (kind) {
     case Pixels::image:
-      return "uint8, H x W or H x W x 3 (blue, green, red)";
+      return "uint8, H x W, or H x W x 3 or 4 (blue, green, red, alpha)";
     case Pixels::depth:
       return "uint16 with metres_per_unit, or float32 in metres, H x W";
     case Pixels::mask:

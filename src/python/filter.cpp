@@ -27,8 +27,8 @@ frame: FrameView
 segmentation: Segmentation of the frame, or None if no masks are known
 features: N x 2 (or N x 1 x 2, as OpenCV has them), float32: x and y in raw pixels of the image that
     was segmented; the rows may have any distance
-depths_m: N, the features' depths in metres, 0 or NaN = unknown, for frames without a depth image;
-    None = not known. These are copied.
+depths_m: N, the features' depths in metres, 0 or NaN = unknown, for compensation in frames
+    without a depth image; None = not known. These are copied.
 
 Raises ValueError for malformed input. The interpreter's lock is released meanwhile.)";
 
@@ -66,14 +66,14 @@ DynamicFilterOptions filter_options(std::vector<int> dynamic_classes, double mar
 
 namespace {
 
-py::array draw(const py::object& image, const Segmentation& segmentation, const py::object& points,
-               const FeatureLabels& labels) {
+py::array draw(const py::object& image, const std::optional<Segmentation>& segmentation,
+               const py::object& points, const FeatureLabels& labels) {
   const cv::Mat pixels = matrix_from(image, Pixels::image, {"draw_overlay", "an image"});
   const Features features(points, py::none(), "draw_overlay");
   cv::Mat drawing;
   {
     const Unlocked unlock;
-    drawing = draw_overlay(pixels, segmentation, features.view(), labels);
+    drawing = draw_overlay(pixels, segmentation.value_or(Segmentation()), features.view(), labels);
   }
   return array_of(drawing, true).value();
 }
@@ -106,7 +106,7 @@ use one filter at once.)");
 shape (kept: blue ring, in mask: vermilion cross, compensated: yellow diamond, restored: green ring,
 moving: orange triangle, still: white ring, custom: purple square).
 
-image: uint8, grey or BGR, not changed
+image: uint8, grey or BGR, not changed; segmentation: a Segmentation, or None
 Returns an uint8 image, BGR, of the same width, with the legend added below.)");
 }
 

@@ -31,7 +31,7 @@ void bind_frame(py::module_& module) {
   py::class_<FrameView> view(module, "FrameView", R"(One frame: pixels, time and number.
 
 It refers to your arrays: nothing is copied, and it keeps them alive. The library only reads them.
-Every member may be None; a component that needs one says so in its error.
+Every member may be None; a component that needs one says so in an error or in the statistics.
 
     frame = dynfilter.FrameView(image=image, depth=depth, metres_per_unit=1 / 5000)
 )");
@@ -40,7 +40,7 @@ Every member may be None; a component that needs one says so in its error.
            py::arg("metres_per_unit") = 0.0,
            R"(Checks and keeps the arrays.
 
-image: uint8, H x W (grey) or H x W x 3 (blue, green, red), or None
+image: uint8, H x W (grey), or H x W x 3 or 4 (blue, green, red, alpha), or None
 depth: registered to the image: uint16 with metres_per_unit, or float32; H x W, or None
 metres_per_unit: metres per unit of depth; float32 is in metres when it is 0
 

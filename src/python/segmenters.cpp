@@ -149,7 +149,7 @@ Raises RuntimeError that names a file in the way.)")
           R"(Adds a frame's masks under the name of its image without folder and extension; None: the
 segmentation's time with 6 decimals. Raises ValueError for a malformed segmentation, for a stem that
 is not the segmentation's time, for a time that was added before, and after finish().)")
-      .def("__enter__", [](const py::object& self) { return self; })
+      .def("__enter__", [](MaskFolderWriter& self) { return &self; })
       .def("__exit__",
            [](MaskFolderWriter& self, const py::object& error, const py::args&) {
              if (error.is_none()) self.finish();

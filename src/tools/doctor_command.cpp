@@ -28,6 +28,7 @@
 #include "io/file_error.hpp"
 #include "plugin/plugin_settings.hpp"
 #include "rule_run.hpp"
+#include "shared_options.hpp"
 #include "source_checks.hpp"
 
 namespace dynfilter::tools {

@@ -139,7 +139,7 @@ TEST(DepthOffsetEstimator, RefusesMalformedFrames) {
   expect_refused(frame, "depth of size 0x0");
   frame = swinging(20, 0);
   frame.image.convertTo(frame.image, CV_32FC3);
-  expect_refused(frame, "want an image CV_8UC1 or CV_8UC3");
+  expect_refused(frame, "want an image CV_8UC1, CV_8UC3 or CV_8UC4");
   frame = swinging(20, 0);
   frame.timestamp_s = std::numeric_limits<double>::quiet_NaN();
   expect_refused(frame, "timestamp_s");

@@ -54,12 +54,15 @@ struct DepthOffsetEstimate {
 /// Expects a constant offset. Source: Canny (1986), chamfer distance (Barrow et al., 1977).
 class DepthOffsetEstimator {
  public:
+  /// Whether add takes such an image: 8-bit grey, BGR or BGRA.
+  static bool takes(const cv::Mat& image);
+
   /// Adds a frame, in the order of time, with the time of its depth image. The frame is only read.
   /// Results come two frames later. O(pixels): about 3 ms at 640x480.
   ///
-  /// Throws std::invalid_argument for a malformed frame, one without image or depth, an image that
-  /// is not 8-bit grey or BGR, and a time that is not finite; nothing has changed then. A frame of
-  /// another size than the last one's starts afresh, as a gap does.
+  /// Throws std::invalid_argument for a malformed frame, one without depth or without an image that
+  /// it takes, and a time that is not finite; nothing has changed then. A frame of another size
+  /// than the last one's starts afresh, as a gap does.
   void add(const FrameView& frame, double depth_timestamp_s);
 
   /// Adds a frame whose depth has the stamp of its colour image.

@@ -20,8 +20,6 @@ library works, and one filter may serve many threads.
 import itertools
 from typing import Any, Tuple
 
-import numpy
-
 try:
     from . import _dynfilter
 except ImportError as error:
@@ -37,6 +35,8 @@ except ImportError as error:
         f"dynfilter: got {sys.executable}, which wants {own}; want the Python that dynfilter was "
         f"built for ({', '.join(built)}), see -DPython3_EXECUTABLE"
     ) from error
+import numpy
+
 from ._dynfilter import *  # noqa: F401,F403
 from ._dynfilter import FeatureLabels, __version__
 
