@@ -20,7 +20,7 @@ trajectory of the reference odometry. Prints the tables. Takes about half a minu
   features   the usual rules on nine levels, every tenth frame, without odometry
   recordings our rules on recorded people, of which the truth by motion is known (masks_moving/)
   motion     rules that judge motion beside those that know only classes, by what moves
-  coverage   how often each rule tracks: six numbers of features, four scenes and the given sequences;
+  coverage   how often each rule tracks: six numbers of features, six scenes and the given sequences;
              draws a curve into DIR/coverage.svg
   quality    the ATE where good masks are made worse, three scenes or the given sequences
   age        the ATE where good masks are up to a second old
@@ -79,7 +79,7 @@ case "$name" in
     ;;
   coverage)
     chosen[--levels]=medium,near_crowd
-    chosen[--seeds]=101-102
+    chosen[--seeds]=101-103
     chosen[--frames]=50
     chosen[--rules]=none,mask,mask_robust,lk_epipolar,paper,depth_motion,perfect
     ;;
