@@ -80,6 +80,7 @@ constexpr struct {
     {"masks_boxes",
      "masks are filled boxes, so that what is around people is removed, too: give outlines, or "
      "boxes without masks"},
+    {"boxes_alone", "boxes without masks need depth, and remove nothing without it: give either"},
     {"masks_frozen",
      "{} of the masks are those of the frame before, while images change: make masks of each "
      "image"},
@@ -279,6 +280,7 @@ Finding masks_are_wrong(const Summary& s) {
     return say("masks_classes", list(s.options.dynamic_classes),
                s.classes.size() == 1 ? "class" : "classes", list(s.classes));
   }
+  if (s.has_dynamic && !s.has_outline && s.is_none(s.with_depth)) return say("boxes_alone");
   if (s.filled() > 0.97) return say("masks_boxes");
   if (repeated > 0.8 && !images_are_wrong(s)) return say("masks_frozen", percent(repeated));
   return {};

@@ -174,6 +174,7 @@ void InputSummary::add_masks(const FrameView& frame, const Segmentation& masks) 
   for (const Instance& one : masks.instances) {
     classes.insert(one.class_id);
     has_dynamic = has_dynamic || is_dynamic(one);
+    has_outline = has_outline || !one.mask.empty();
     const bool is_larger = largest == nullptr || one.mask.total() > largest->mask.total();
     if (is_dynamic(one) && is_larger) largest = &one;
   }

@@ -252,6 +252,11 @@ TEST(InputChecks, EachSpeaksAlone) {
        [](CheckedFrame& f, int i) {
          for (Instance& one : f.masks->instances) one.class_id = i % 2 == 0 ? 1 : 57;
        }},
+      {"boxes_alone", "need depth",
+       [](CheckedFrame& f, int) {
+         for (Instance& one : f.masks->instances) one.mask.release();
+         f.view.depth.release();
+       }},
       {"masks_age", "0.1 s old", [](CheckedFrame& f, int) { *f.masks->timestamp_s -= 0.1; }},
       {"masks_age", "mask_time", [](CheckedFrame& f, int) { f.masks->timestamp_s = 1e6; }},
       {"masks_small", "px beyond",
