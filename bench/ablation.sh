@@ -25,6 +25,7 @@ trajectory of the reference odometry. Prints the tables. Takes about half a minu
   quality    the ATE where good masks are made worse, three scenes or the given sequences
   age        the ATE where good masks are up to a second old
   paper      the paper's Tables 1 to 4, of six numbers of features; of TUM's sequences with --camera tum3
+  --levels none: the given sequences alone
   --readme   put the overview into bench/README.md, that of paper into bench/paper.md,
              that of features nowhere
 
@@ -126,6 +127,7 @@ while (($#)); do
 done
 chosen[--out]=$(realpath -m "${chosen[--out]}")
 sequences=${words[*]}
+if [[ ${chosen[--levels]-} == none ]]; then unset 'chosen[--levels]' 'chosen[--seeds]'; fi
 for option in "${!chosen[@]}"; do
   [[ $option == --out ]] || words+=("$option" "${chosen[$option]}")
 done

@@ -30,8 +30,9 @@ class Run:
 
     def __init__(self, file):
         summary = json.loads(file.read_text(encoding="utf-8"))
-        self.rule, self.scene = summary["rule"], summary["scene"]
-        self.name = f"{self.scene}, {summary['options']['features']} features"
+        self.rule, features = summary["rule"], summary["options"]["features"]
+        self.scene = re.sub(f"_{features}$", "", summary["scene"])  # so named by --features A,B
+        self.name = f"{self.scene}, {features} features"
         self.tracked = 1 - summary["lost_frames"] / summary["frames"]
         self.ate_m = summary.get("ate_rmse_m", NO_ESTIMATE_M)
         self.error_m = self.ate_m if self.tracked >= FRAMES else NO_ESTIMATE_M

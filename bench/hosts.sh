@@ -14,7 +14,7 @@ rendered scene with seeds that tuned nothing; given SEQUENCES (TUM's layout, wit
 join OpenCV's rows. Prints an error in mm for the hosts without masks (off), with the masks as they are,
 with those of `dynfilter masks --refine`, and with exact ones: the median over seeds and runs; in brackets
 the least and the greatest. COLMAP's is that of camera centres after a similarity, OpenCV's the ATE.
-Builds the program first. Takes a quarter of an hour on two idle cores.
+Builds the program first. Prints each result as it comes. Takes a quarter of an hour on two idle cores.
 
   --levels LIST  default near_crowd,medium,hard,cross
   --seeds LIST   default 301,302,303
@@ -76,12 +76,12 @@ prepare() {
   else
     ln -sfn "$1" "$scene/sequence"
   fi
-  mask() { "$dynfilter" masks "$scene/sequence" --format colmap --overwrite --out "$scene/$1" "${@:2}"; }
-  mask masks --margin 4
-  mask refined --margin 4 --refine
+  mask() {
+    "$dynfilter" masks "$scene/sequence" --format colmap --missing-masks keep --overwrite --out "$scene/$1" "${@:2}"
+  }
   truth=$scene/sequence/masks_true
   if [[ $# == 1 && -d $scene/sequence/masks_moving ]]; then truth=$scene/sequence/masks_moving; fi
-  [[ ! -d $truth ]] || mask exact --masks "$truth"
+  mask masks --margin 4 && mask refined --margin 4 --refine && { [[ ! -d $truth ]] || mask exact --masks "$truth"; }
 }
 
 # Prints "pairs error_mm" of a trajectory.
@@ -147,7 +147,9 @@ run_opencv() { # NAME KIND METHOD
 work() {
   local figures
   case "$1" in
-    prepare) prepare "${@:2}" >"$out/prepare_$(basename "$2")_${3-}.txt" 2>&1 || die "$* failed" ;;
+    prepare)
+      prepare "${@:2}" >"$out/prepare_$(basename "$2")_${3-}.txt" 2>&1 || die "$* failed, see $out/prepare_*.txt"
+      ;;
     COLMAP) figures=$(run_colmap "$3" "$4" "$5") && echo "$@" "$figures" ;;
     *) figures=$(run_opencv "$3" "$4" "$1") && echo "$@" 1 "$figures" ;;
   esac
@@ -188,11 +190,11 @@ log "Running COLMAP and OpenCV's odometry; results in $out"
       for method in "${methods[@]}"; do echo "$method $name $name $kind"; done
     done
   done
-} | in_parallel >"$out/results.txt"
+} | in_parallel | tee "$out/results.txt" >&2
 
 # Columns: host, level, scene, kind, run, poses, error, images, CPU s.
 table=$(
-  python3 - "$out/results.txt" "$out/bars.txt" <<'END'
+  python3 - "$out/results.txt" "$out/bars.txt" "$levels" <<'END'
 import statistics, sys
 
 KINDS = ["off", "masks", "refined", "exact"]
@@ -219,20 +221,29 @@ print("error, mm; images with a pose; CPU".ljust(34), *(kind.rjust(24) for kind 
 for (host, level), kinds in sorted(rows.items(), key=lambda row: row[0][0]):
     print(f"{host} {level}".ljust(34), *(cell(kinds.get(kind)).rjust(24) for kind in KINDS))
 
+def median_mm(results):
+    return statistics.median(result[1] for result in results)
+
+
 def bar(results, worst_mm):
-    error_mm = statistics.median(result[1] for result in results)
+    error_mm = median_mm(results)
     share = sum(result[0] for result in results) / sum(result[2] for result in results)
     length = max(1, round(20 * min(1, error_mm / worst_mm)))
     return f"{'█' * length} {text(error_mm)} mm, {100 * share:.0f} %".ljust(43)
 
 
-shown = {"COLMAP hard": "COLMAP, rendered people", "Rgbd crowd_on_fr1_120": "cv::rgbd, recorded people"}
-shown = {tuple(row.split()): title for row, title in shown.items() if tuple(row.split()) in rows}
+# Each bar is the median of all rows of its kind.
+columns = {"COLMAP, rendered people": {}, "cv::rgbd, recorded people": {}}
+for (host, level), kinds in rows.items():
+    is_rendered = level in sys.argv[3].split(",")
+    if is_rendered == (host == "COLMAP"):
+        for kind, results in kinds.items():
+            columns[list(columns)[host != "COLMAP"]].setdefault(kind, []).extend(results)
+columns = {title: kinds for title, kinds in columns.items() if kinds}
 with open(sys.argv[2], "w") as bars:
-    print(" " * 16 + "".join(title.ljust(43) for title in shown.values()).rstrip(), file=bars)
-    for kind, name in zip(KINDS, ["nothing removed", "masks alone", "dynfilter"]):
-        worst_mm = [statistics.median(result[1] for result in rows[row]["off"]) for row in shown]
-        cells = map(bar, (rows[row][kind] for row in shown), worst_mm)
+    print(" " * 16 + "".join(title.ljust(43) for title in columns).rstrip(), file=bars)
+    for kind, name in zip(KINDS, ["nothing removed", "masks alone", "refined masks"]):
+        cells = (bar(kinds[kind], median_mm(kinds["off"])) for kinds in columns.values())
         print(name.ljust(16) + "".join(cells).rstrip(), file=bars)
 END
 )
