@@ -6,7 +6,7 @@ set -euo pipefail
 
 usage() {
   cat <<'END'
-usage: examples/demo.sh [SEQUENCE] [--camera CAMERA] [--out DIR] [-h]
+usage: examples/demo.sh [SEQUENCE] [--camera CAMERA] [--depth-offset S] [--out DIR] [-h]
 
 Builds the program and runs its main job: removes the features of moving objects on every frame of a
 sequence (TUM RGB-D or BONN layout, with masks in SEQUENCE/masks), or, without one, of a small scene
@@ -15,6 +15,7 @@ Installs the packages that are missing (Debian, Ubuntu; as root or by sudo witho
 which.
 
   --camera CAMERA  file, or tum1, tum2, tum3 or bonn; default: SEQUENCE/camera.yaml
+  --depth-offset S pairs each image with the depth of S seconds later
   --out DIR        default: out/demo in the repository
 
   DYNFILTER_BUILD_DIR  folder of the build, default build/release in the repository
@@ -23,12 +24,12 @@ END
 
 sequence=
 out=
-camera=()
+options=()
 while (($#)); do
   case "$1" in
-    --out | --camera)
+    --out | --camera | --depth-offset)
       [[ $# -ge 2 ]] || { usage >&2; exit 2; }
-      if [[ $1 == --out ]]; then out=$2; else camera=("$1" "$2"); fi
+      if [[ $1 == --out ]]; then out=$2; else options+=("$1" "$2"); fi
       shift
       ;;
     --out=*) out=${1#--out=} ;;
@@ -64,7 +65,7 @@ if [[ -z $sequence ]]; then
   "$dynfilter" synth "$sequence" --overwrite
 fi
 log "Filtering $sequence"
-"$dynfilter" run "$sequence" "${camera[@]}" --out "$out"
+"$dynfilter" run "$sequence" "${options[@]}" --out "$out"
 
 if python3 -c 'import matplotlib' 2>/dev/null; then
   python3 "$root/examples/report.py" "$out" "$out.html"
