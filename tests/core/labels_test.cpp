@@ -185,7 +185,8 @@ TEST(FeatureFloor, ReportsStarvationAndChangesNoLabel) {
     const Segmentation segmentation = with_instances(1);
     FeatureLabels labels(10, segmentation);
     for (std::size_t i = 0; i < removed; ++i) labels.remove(i, 0, Reason::in_mask, 0.9F);
-    FeatureFloor{floor}({FrameView(), segmentation, std::vector<cv::Point2f>(10)}, labels);
+    const FrameView frame;
+    FeatureFloor{floor}({frame, segmentation, std::vector<cv::Point2f>(10)}, labels);
     EXPECT_EQ(labels.statistics().starved, suggested > 0);
     EXPECT_EQ(labels.statistics().suggested_features, suggested);
     EXPECT_EQ(labels.statistics().kept(), 10 - removed);

@@ -59,7 +59,8 @@ TEST(EpipolarCheck, RemovesWhatIsOnADilatedMaskOrLeavesItsEpipolarLine) {
   const TwoFrames frames;
   const FeatureLabels labels = frames.labels();
   FeatureLabels by_masks(frames.features.size(), frames.masks);
-  peers::DilatedMask()({FrameView(), frames.masks, frames.features}, by_masks);
+  const FrameView frame;
+  peers::DilatedMask()({frame, frames.masks, frames.features}, by_masks);
   std::size_t moving = 0, moving_removed = 0, still = 0, still_removed = 0;
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const cv::Point2f point = frames.features[i];
