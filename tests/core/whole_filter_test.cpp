@@ -52,9 +52,8 @@ FilterCase depth_case(std::uint64_t seed) {
   const double units[] = {1, 0.93, 0.2, 6.1, 100, 1e30};
   const double factor = units[source.chance(50) ? 0 : source.between(0, 5)];
   const double most = made.frame.depth.type() == CV_32FC1 ? 1e30 : 1;
-  if (!made.frame.depth.empty()) {
-    made.frame.metres_per_unit = std::min(most, made.frame.depth_scale() * factor);
-  }
+  const double scale = std::min(most, made.frame.depth_scale() * factor);
+  if (!made.frame.depth.empty()) made.frame.metres_per_unit = scale;
   if (seed % 4 != 1) return made;
   made.frame.depth = cv::Mat();
   draw_depths(source, made);

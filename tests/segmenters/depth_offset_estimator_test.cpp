@@ -140,6 +140,7 @@ TEST(DepthOffsetEstimator, RefusesMalformedFrames) {
   frame = swinging(20, 0);
   frame.image.convertTo(frame.image, CV_32FC3);
   expect_refused(frame, "want an image CV_8UC1, CV_8UC3 or CV_8UC4");
+  EXPECT_TRUE(DepthOffsetEstimator::takes(cv::Mat::zeros(2, 2, CV_8UC4))) << "with alpha";
   frame = swinging(20, 0);
   frame.timestamp_s = std::numeric_limits<double>::quiet_NaN();
   expect_refused(frame, "timestamp_s");
