@@ -56,12 +56,11 @@ const NamedTensor* take(Outputs& outputs, const char* what,
 }
 
 /// Takes an output that must be there.
-const NamedTensor& need(Outputs& outputs, const char* what,
-                        std::initializer_list<std::string_view> names,
-                        const std::function<bool(const cv::Mat&)>& fits) {
+cv::Mat need(Outputs& outputs, const char* what, std::initializer_list<std::string_view> names,
+             const std::function<bool(const cv::Mat&)>& fits) {
   const NamedTensor* const output = take(outputs, what, names, fits);
   if (output == nullptr) throw std::runtime_error(std::string("the ") + what + " are missing");
-  return *output;
+  return output->data;
 }
 
 bool is_table(const cv::Mat& data) { return data.dims == 3 && data.size[0] == 1; }
@@ -137,10 +136,10 @@ YolactOutputs bind_yolact(const std::vector<NamedTensor>& outputs) {
   const NamedTensor* priors = take(unbound, "priors", {"prior", "anchor"}, [](const cv::Mat& data) {
     return data.dims == 2 && data.size[1] == 4;
   });
-  const NamedTensor& locations =
+  const cv::Mat locations =
       need(unbound, "locations [1, N, 4]", {"loc", "bbox", "box"},
            [](const cv::Mat& data) { return is_table(data) && columns_of(data) == 4; });
-  const int rows = rows_of(locations.data);
+  const int rows = rows_of(locations);
   const auto is_table_of_rows = [&](const cv::Mat& data) {
     return is_table(data) && rows_of(data) == rows;
   };
@@ -154,23 +153,21 @@ YolactOutputs bind_yolact(const std::vector<NamedTensor>& outputs) {
              return is_grid_for(output.data, columns_of(data));
            });
   };
-  const NamedTensor& coefficients =
+  const cv::Mat coefficients =
       need(unbound, "coefficients [1, N, P] with prototypes [1, h, w, P] or [1, P, h, w]",
            {"mask", "coef"}, fits_a_grid);
-  const NamedTensor& confidences =
+  const cv::Mat confidences =
       need(unbound, "confidences [1, N, C+1]", {"conf", "cls", "class", "score"},
            [&](const cv::Mat& data) { return is_table_of_rows(data) && columns_of(data) >= 2; });
-  const int count = columns_of(coefficients.data);
-  const NamedTensor& prototypes = need(unbound, "prototypes", {"proto"}, [&](const cv::Mat& data) {
-    return is_grid_for(data, count);
-  });
+  const int count = columns_of(coefficients);
+  const cv::Mat prototypes = need(unbound, "prototypes", {"proto"},
+                                  [&](const cv::Mat& data) { return is_grid_for(data, count); });
 
   YolactOutputs bound;
-  bound.locations = rows_first(locations.data);
-  bound.confidences = rows_first(confidences.data);
-  bound.coefficients = rows_first(coefficients.data);
-  bound.prototypes =
-      prototypes.data.size[3] == count ? count_last(prototypes.data) : count_first(prototypes.data);
+  bound.locations = rows_first(locations);
+  bound.confidences = rows_first(confidences);
+  bound.coefficients = rows_first(coefficients);
+  bound.prototypes = prototypes.size[3] == count ? count_last(prototypes) : count_first(prototypes);
   if (priors == nullptr) return bound;
   bound.priors = rows_first(priors->data);
   if (bound.priors.rows != rows) {

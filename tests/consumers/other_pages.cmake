@@ -1,5 +1,4 @@
-# Builds the C++ and CMake of the map of the code, of motion's page and of the components' as they are
-# printed.
+# Builds the code of two pages as it is printed, and the project of the components alone.
 include(${CMAKE_CURRENT_LIST_DIR}/readme_project.cmake)
 set(MAP ${SOURCE_DIR}/include/dynfilter/README.md)
 set(MOTION ${SOURCE_DIR}/include/dynfilter/motion/README.md)
@@ -36,10 +35,11 @@ endif()
 build_project(fetched "${fetched}" "${program}" -DFETCHCONTENT_SOURCE_DIR_DYNFILTER=${SOURCE_DIR})
 
 # --- The components alone: tests, which run ---------------------------------------------------------
-read_blocks(${SOURCE_DIR}/examples/components/README.md cpp paper)
-read_blocks(${SOURCE_DIR}/examples/components/README.md cmake paper_project)
-build_project(paper "${paper_project_1}" "${paper_1}" ${prefix})
-run(output ${WORK_DIR}/pages/paper/build/paper)
+fresh_folder(paper paper)
+configure_command(configure ${SOURCE_DIR}/examples/components ${paper})
+run(output ${configure} ${prefix})
+run(output ${CMAKE_COMMAND} --build ${paper})
+run(output ${paper}/paper)
 expect("${output}" "PASSED \\] 4 tests")
 
 # --- The page of motion: a file and its project, without their head ---------------------------------
