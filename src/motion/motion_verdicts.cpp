@@ -56,9 +56,9 @@ constexpr double fringe_shift_px = 1.0, fringe_shift_scales = 3;
 constexpr double fringe_untracked_px = 4, stale_fringe_untracked_px = 15;
 /// A removed feature of the fringe is more likely dynamic than not.
 constexpr float fringe_score = 0.6F;
-/// A tracker wants so many features, or half of all; ORB-SLAM drops a young map below 50 matches.
-/// With more, what moves bends the trajectory.
-constexpr std::size_t tracked_features = 150;
+/// A tracker wants so many features, or half of all: ORB-SLAM matches a fifth of them, and gives up
+/// below 30 matches, in the first second below 50. A larger number keeps more of what moves.
+constexpr std::size_t tracked_features = 250;
 
 float added_by(EvidenceKind kind, bool is_supported) {
   switch (kind) {
