@@ -265,7 +265,7 @@ int restored_beside(const Segmentation& segmentation, const FeatureLabels& label
                     const Shot& shot) {
   int count = 0;
   for (std::size_t i = 0; i < labels.size(); ++i) {
-    if (labels[i].reason != Reason::restored) continue;
+    if (labels[i].reason != Reason::restored || labels[i].instance < 0) continue;
     const auto& instance = segmentation.instances[static_cast<std::size_t>(labels[i].instance)];
     count += detail::mask_within(instance, shot.keypoints[i].pt, 15) ? 1 : 0;
   }
