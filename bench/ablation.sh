@@ -135,6 +135,7 @@ done
 # shellcheck source-path=SCRIPTDIR source=../cmake/setup.sh
 source "$root/cmake/setup.sh"
 build_program "$root"
+if [[ $name =~ ^(coverage|quality|age)$ ]]; then need_packages python3; fi
 if [[ $name =~ ^(quality|age)$ && -z $sequences ]]; then # the exact masks of rendered scenes
   for seed in 101 102 103; do
     scene=${chosen[--out]}/scenes/medium_$seed

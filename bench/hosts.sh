@@ -57,7 +57,7 @@ out=$(realpath -m "$out")
 # shellcheck source-path=SCRIPTDIR source=../cmake/setup.sh
 source "$root/cmake/setup.sh"
 build_program "$root"
-need_packages colmap libopencv-contrib-dev
+need_packages colmap libopencv-contrib-dev python3
 export out dynfilter
 
 camera_of() { # SCENE: fx fy cx cy, and units of depth a metre
