@@ -120,7 +120,7 @@ def setting_line(summary):
 
 
 def table(rules, values, spreads):
-    """Returns a table with a row a rule: medians, and quartiles where there are several scenes."""
+    """Returns a table with a row a rule: medians, and quartiles where there are several runs."""
     rows = [f"<tr><th>rule</th>{''.join(f'<th>{name}</th>' for name in values)}</tr>"]
     for i, rule in enumerate(rules):
         cells = ""
@@ -133,7 +133,7 @@ def table(rules, values, spreads):
 
 
 def bars(scenes, colour):
-    """Draws a bar for each rule, medians over the scenes of a group, and adds them as a table."""
+    """Draws a bar for each rule, medians over the runs of a group, and adds them as a table."""
     rules = sorted({run.rule for runs in scenes.values() for run in runs}, key=rank)
     figures = {"dynamic left a frame": lambda run: run.per_frame("dynamic_left"),
                "static removed a frame": lambda run: run.per_frame("static_removed"),
@@ -230,11 +230,11 @@ def main():
     parts = [f"<!DOCTYPE html><html lang=en><meta charset=utf-8><title>dynfilter</title><style>{STYLE}</style>"]
     for group, scenes in groups.items():
         scene, runs = next(iter(scenes.items()))
-        count = "" if len(scenes) == 1 else f", medians over {len(scenes)} scenes; further pictures: {scene}"
+        count = "" if len(scenes) == 1 else f", medians over {len(scenes)} runs; further pictures: {scene}"
         parts += [f"<h2>{html.escape(group + count)}</h2>", setting_line(runs[0].summary), bars(scenes, colour),
                   trajectories(runs, colour), courses(runs, colour), worst_frames(scenes)]
     page.write_text("\n".join(parts) + "</html>\n", encoding="utf-8")
-    print(f"{page}: {sum(map(len, groups.values()))} scenes in {len(groups)} groups")
+    print(f"{page}: {sum(map(len, groups.values()))} runs of each rule in {len(groups)} groups")
 
 
 if __name__ == "__main__":

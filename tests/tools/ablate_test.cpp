@@ -87,10 +87,10 @@ TEST_F(Ablate, ReportDrawsTheResults) {
   const Outcome outcome =
       run_in_shell(report + quoted(out("sweep")) + " " + quoted(out("page.html")));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
-  expect_mentions(outcome, "4 scenes in 2 groups");
+  expect_mentions(outcome, "4 runs of each rule in 2 groups");
   const std::string page = file_text(out("page.html"));
   for (const char* part :
-       {"<h2>medium, medians over 2 scenes", "<h3>The camera's path</h3><img",
+       {"<h2>medium, medians over 2 runs", "<h3>The camera's path</h3><img",
         "<h3>Over time</h3><img", "<b>mask</b>: 1.", "image/svg+xml",
         "<p>dynfilter " DYNFILTER_VERSION_STRING ", features 200", "<td>mask</td><td>",
         "<h3>The worst frames</h3><div class=\"row\"><figure><img alt=\"\" "
