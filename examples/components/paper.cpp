@@ -53,8 +53,7 @@ TEST_F(Paper, RangeEstimatorRejectsOutliersAndExpands) {  // section 3.2: [a, b]
   FeatureSampler(10).draw(frame.id, 0, sample);  // 10 of 10; of more, those with the least hashes
   std::vector<double> depths_m;
   for (const SampleCandidate& one : sample) depths_m.push_back(one.depth_m);
-  const ValueRange range =
-      RangeEstimator({OutlierRule::median_absolute_deviation, 0.10}).estimate(depths_m);
+  const ValueRange range = RangeEstimator({0.10}).estimate(depths_m);
   EXPECT_NEAR(range.lower, 1.45 - 0.10, 1e-9);
   EXPECT_NEAR(range.upper, 1.54 + 0.10, 1e-9);  // without 3.0
 }

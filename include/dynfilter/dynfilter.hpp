@@ -9,7 +9,6 @@
 #include "dynfilter/camera.hpp"
 #include "dynfilter/depth_compensator.hpp"
 #include "dynfilter/depth_lbp.hpp"
-#include "dynfilter/detection_mask.hpp"
 #include "dynfilter/dynamic_filter.hpp"
 #include "dynfilter/edge_compensator.hpp"
 #include "dynfilter/feature_floor.hpp"

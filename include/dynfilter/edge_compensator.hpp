@@ -26,12 +26,10 @@ namespace dynfilter {
 
 /// Options of EdgeCompensator.
 struct EdgeCompensatorOptions {
-  std::size_t samples = 20;  ///< features of FP_object to estimate the ranges from
-  std::uint64_t seed = 0;    ///< seed of the random sample
-  /// Estimator of the depth range: outlier rule, expansion in metres.
-  RangeEstimatorOptions depth = {OutlierRule::median_absolute_deviation, 0.10};
-  /// Estimator of the code range, the same; expansion in codes, which go from 0 to 255.
-  RangeEstimatorOptions code = {OutlierRule::median_absolute_deviation, 16.0};
+  std::size_t samples = 20;              ///< features of FP_object to estimate the ranges from
+  std::uint64_t seed = 0;                ///< seed of the random sample
+  RangeEstimatorOptions depth = {0.10};  ///< of the depth range, in metres
+  RangeEstimatorOptions code = {16.0};   ///< of the range of codes, which go from 0 to 255
   /// Whether eq. (1) tests codes; false: its range of depth decides alone, as without an image.
   bool uses_codes = true;
 
@@ -43,23 +41,14 @@ struct EdgeCompensatorOptions {
 
 /// Removes the edge features of dynamic objects that their masks missed (paper section 3.2).
 ///
-/// FP_object is the set of an object's masked features, which an earlier stage removed as in_mask.
-/// A sample of those on the mask that have depth gives the object's two ranges, of depth and of
-/// D-LBP codes, which end at 0 and 255. A feature p in the object's box, not removed yet, joins the
-/// object by eq. (1):
+/// A sample of FP_object, the features on an object's mask, gives its ranges of depth and of D-LBP
+/// codes. A feature p in the object's box joins the object by eq. (1):
 ///
 ///     depth(p) in [a, b]_depth  and  D-LBP(p) in [a, b]_D-LBP
 ///
-/// A value that is missing lies in no range.
-/// Without a depth image there are no codes. If the features have a column of depths
-/// (FeaturesView::with_depths), the range of depth alone decides then, and the statistics say
-/// Compensation::applied_without_image.
-///
-/// The stage abstains without any depth, and from an instance whose sample is too small for one of
-/// the ranges (RangeEstimator::min_samples). The statistics say so, and where no earlier stage
-/// looked at the masks (Compensation::no_mask_stage). Where boxes overlap, a feature joins the
-/// first instance by whose ranges it passes. The score of a removed feature is the detector's
-/// confidence.
+/// A value that is missing lies in no range. Without a depth image, the depths of the features
+/// (FeaturesView::with_depths) decide alone. The statistics say where the stage abstained, see
+/// Compensation. Where boxes overlap, a feature joins the first instance by whose ranges it passes.
 class EdgeCompensator {
  public:
   /// Takes the options. Throws std::invalid_argument for options that FeatureSampler

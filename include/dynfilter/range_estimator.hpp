@@ -12,30 +12,24 @@
 #include <vector>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/quantile.hpp"
 #include "dynfilter/statistics.hpp"
 
 namespace dynfilter {
 
-/// Rule that decides which values of a sample are outliers.
-enum class OutlierRule {
-  /// Values farther from the median than 3 x 1.4826 x the median absolute deviation (MAD), an
-  /// estimate of the standard deviation of normal values. If the MAD is 0, as is common with
-  /// quantised values, 1.2533 x the mean absolute deviation takes its place; if that is 0 too, no
-  /// value is an outlier.
-  median_absolute_deviation,
-  /// Values more than 1.5 x the inter-quartile range outside the quartiles (Tukey's fences).
-  interquartile_range
-};
-
 /// Options of RangeEstimator.
 struct RangeEstimatorOptions {
-  OutlierRule outlier_rule = OutlierRule::median_absolute_deviation;  ///< which values are rejected
   double expansion = 0.0;  ///< added on both sides, in the unit of the values
 };
 
 /// Estimates the range [a, b] of a quantity on an object from a sample: rejects outliers, takes the
 /// smallest and the largest of the rest, and expands (paper section 3.2). The same class serves
 /// depth in metres and D-LBP codes.
+///
+/// Outliers are farther from the median than 3 x 1.4826 x the median absolute deviation (MAD), an
+/// estimate of the standard deviation of normal values. If the MAD is 0, as is common with
+/// quantised values, 1.2533 x the mean absolute deviation takes its place; if that is 0 too, no
+/// value is an outlier.
 class RangeEstimator {
  public:
   /// Smallest number of values that give a range: with fewer, an outlier is as likely the object.
@@ -74,27 +68,11 @@ class RangeEstimator {
 
  private:
   /// Returns the limits of the inliers. May change the order of the sorted values.
-  ValueRange inlier_fences(std::vector<double>& sorted) const {
-    if (options_.outlier_rule == OutlierRule::interquartile_range) {
-      const double lower = quantile(sorted, 0.25);
-      const double upper = quantile(sorted, 0.75);
-      const double reach = 1.5 * (upper - lower);
-      return {lower - reach, upper + reach};
-    }
-    const double median = quantile(sorted, 0.5);
+  static ValueRange inlier_fences(std::vector<double>& sorted) {
+    const double median = detail::median_of_sorted(sorted);
     const double deviation = standard_deviation(sorted, median);
     const double reach = deviation > 0 ? 3 * deviation : std::numeric_limits<double>::infinity();
     return {median - reach, median + reach};
-  }
-
-  /// Interpolates linearly between the two neighbouring order statistics; 0.5 gives the usual
-  /// median.
-  static double quantile(const std::vector<double>& sorted, double share) {
-    const double position = share * static_cast<double>(sorted.size() - 1);
-    const auto below = static_cast<std::size_t>(position);
-    const std::size_t above = std::min(below + 1, sorted.size() - 1);
-    const double beyond = position - static_cast<double>(below);
-    return sorted[below] + beyond * (sorted[above] - sorted[below]);
   }
 
   /// Estimates the standard deviation of normal values from their distances from the median: by the

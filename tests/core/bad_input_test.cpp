@@ -135,10 +135,7 @@ const std::vector<BadCall> bad_calls = {
        o.static_mask = cv::Mat({2, 3, 4}, CV_8UC1);
      }),
      "static_mask of type CV_8UC1 with 3 dimensions"},
-    {[] {
-       RangeEstimator estimator({OutlierRule::interquartile_range, -0.1});
-     },
-     "RangeEstimator: got expansion = -0.1"},
+    {[] { RangeEstimator estimator({-0.1}); }, "RangeEstimator: got expansion = -0.1"},
     {[] {
        std::vector<double> values = {1, 2, not_a_number, 3, 4};
        RangeEstimator().estimate(values);
@@ -155,7 +152,7 @@ const std::vector<BadCall> bad_calls = {
        options.static_mask = cv::Mat::zeros(5, 5, CV_8UC1);
        Segmentation segmentation;
        segmentation.image_size = {30, 20};
-       DetectionMask mask(segmentation, MaskCuller(options));
+       mask_of_static_pixels(segmentation, MaskCuller(options));
      },
      "a static_mask of 5x5 and an image of 30x20"},
     {[] {
@@ -200,12 +197,6 @@ const std::vector<BadCall> bad_calls = {
        segmenter.segment({0, 0, {}, cv::Mat1f::ones(4, 4), 0});
      },
      "CallbackSegmenter: got a frame without an image"},
-    {[] {
-       Segmentation segmentation;
-       segmentation.instances.resize(1);
-       DetectionMask mask(segmentation);
-     },
-     "DetectionMask: got image_size 0x0"},
     {[] { draw_features(float_image, FeaturesView()); },
      "draw_overlay: got an image of type CV_32FC1"},
     {[] {

@@ -3,7 +3,6 @@
 
 #include "dynfilter/mask_culler.hpp"
 
-#include "dynfilter/detection_mask.hpp"
 #include "dynfilter/host_masks.hpp"
 #include "support/filter_case.hpp"
 #include "support/filter_property.hpp"
@@ -64,19 +63,6 @@ TEST(MaskCuller, TwoCullersInAPipelineAddUp) {
                                    .apply(input.frame, input.segmentation, input.keypoints);
   EXPECT_TRUE(labels.statistics().instances[0].dynamic);
   EXPECT_TRUE(labels.statistics().instances[1].dynamic);
-}
-
-TEST(DetectionMask, MatchesTheCuller) {
-  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
-    ByteSource source(seed);
-    const FilterCase input = arbitrary_case(source);
-    const FeatureLabels labels = culled(input);
-    const DetectionMask mask(input.segmentation, MaskCuller(input.options.mask_culler));
-    for (std::size_t i = 0; i < labels.size(); ++i) {
-      const cv::KeyPoint& keypoint = input.keypoints[i];
-      ASSERT_EQ(mask.allows(keypoint.pt), !labels.is_removed(i)) << "seed " << seed;
-    }
-  }
 }
 
 // --- Masks for hosts -----------------------------------------------------------------------------

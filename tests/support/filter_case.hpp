@@ -130,14 +130,6 @@ inline std::vector<cv::KeyPoint> arbitrary_keypoints(ByteSource& source, const c
   return keypoints;
 }
 
-inline RangeEstimatorOptions arbitrary_range_options(ByteSource& source, double expansion) {
-  RangeEstimatorOptions options;
-  options.outlier_rule =
-      source.chance(50) ? OutlierRule::interquartile_range : OutlierRule::median_absolute_deviation;
-  options.expansion = expansion;
-  return options;
-}
-
 /// Random options of the paper's rule.
 inline DynamicFilterOptions arbitrary_options(ByteSource& source, const cv::Size& image) {
   DynamicFilterOptions options;
@@ -147,8 +139,8 @@ inline DynamicFilterOptions arbitrary_options(ByteSource& source, const cv::Size
   options.compensator.rule = CompensationRule::paper;
   EdgeCompensatorOptions& edge = options.compensator.paper;
   edge.seed = source.byte();
-  edge.depth = arbitrary_range_options(source, source.between(0, 10) / 20.0);
-  edge.code = arbitrary_range_options(source, source.between(0, 64));
+  edge.depth.expansion = source.between(0, 10) / 20.0;
+  edge.code.expansion = source.between(0, 64);
   edge.samples = RangeEstimator::min_samples + static_cast<std::size_t>(source.between(0, 24));
   edge.uses_codes = edge.seed % 4 != 3;  // draws no byte, which the fuzzer's corpus lacks
   return options;

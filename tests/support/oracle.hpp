@@ -67,45 +67,26 @@ inline std::optional<std::uint8_t> oracle_code(const cv::Mat& depth, WidePoint p
   return static_cast<std::uint8_t>(code);
 }
 
-/// Quantile, interpolated linearly between order statistics.
-inline double oracle_quantile(std::vector<double> values, double share) {
-  std::sort(values.begin(), values.end());
-  const double position = share * static_cast<double>(values.size() - 1);
-  const double below = values[static_cast<std::size_t>(std::floor(position))];
-  const double above = values[static_cast<std::size_t>(std::ceil(position))];
-  return below + (position - std::floor(position)) * (above - below);
+inline double oracle_median(const std::vector<double>& sorted) {
+  const std::size_t half = sorted.size() / 2;
+  return sorted.size() % 2 == 1 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
 }
 
 inline ValueRange oracle_range(std::vector<double> values, const RangeEstimatorOptions& options) {
   if (values.size() < RangeEstimator::min_samples) return {};
   std::sort(values.begin(), values.end());
-  const double median = oracle_quantile(values, 0.5);
-  double lower = 0, upper = 0;
-  const bool is_tukeys = options.outlier_rule == OutlierRule::interquartile_range;
-  if (is_tukeys) {
-    lower = oracle_quantile(values, 0.25);
-    upper = oracle_quantile(values, 0.75);
-    const double reach = 1.5 * (upper - lower);
-    lower -= reach;
-    upper += reach;
-  } else {
-    std::vector<double> deviations;
-    double sum = 0;
-    for (const double value : values) {
-      deviations.push_back(std::abs(value - median));
-      sum += deviations.back();
-    }
-    std::sort(deviations.begin(), deviations.end());
-    const std::size_t half = deviations.size() / 2;
-    const double mad = deviations.size() % 2 == 1 ? deviations[half]
-                                                  : (deviations[half - 1] + deviations[half]) / 2;
-    double scale = 1.4826 * mad;
-    if (scale == 0) scale = 1.2533 * sum / static_cast<double>(values.size());
-    if (scale == 0) scale = INFINITY;
-    const double reach = std::isinf(scale) ? INFINITY : 3 * scale;
-    lower = median - reach;
-    upper = median + reach;
+  const double median = oracle_median(values);
+  std::vector<double> deviations;
+  double sum = 0;
+  for (const double value : values) {
+    deviations.push_back(std::abs(value - median));
+    sum += deviations.back();
   }
+  std::sort(deviations.begin(), deviations.end());
+  double scale = 1.4826 * oracle_median(deviations);
+  if (scale == 0) scale = 1.2533 * sum / static_cast<double>(values.size());
+  const double reach = scale == 0 ? INFINITY : 3 * scale;
+  const double lower = median - reach, upper = median + reach;
   ValueRange range;
   for (const double value : values) {
     if (value < lower || value > upper) continue;
