@@ -180,7 +180,11 @@ class InThread final : public MaskSource {
 std::unique_ptr<Segmenter> make_segmenter([[maybe_unused]] const PluginSettings& settings,
                                           [[maybe_unused]] std::optional<int>& person_class) {
 #ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
-  if (!settings.remote.empty()) return std::make_unique<RemoteSegmenter>(settings.remote);
+  if (!settings.remote.empty()) {
+    RemoteSegmenterOptions options;
+    if (settings.hand_over) options.timeout_s = 10;  // A longer one holds the host at its end.
+    return std::make_unique<RemoteSegmenter>(settings.remote, options);
+  }
 #endif
 #ifdef DYNFILTER_HAS_NETWORKS
   if (!settings.model.empty()) {
