@@ -51,7 +51,9 @@ InputChecks checks_of(const PluginSettings& settings) {
   options.features_setting = "ORBextractor.nFeatures in " + settings.file;
   options.masks_setting = key(settings.source());
   if (!settings.need_of_images().empty()) options.images_setting = key(settings.need_of_images());
-  return InputChecks(options);
+  InputChecks checks(options);
+  if (settings.motion_camera) checks.note_camera(*settings.motion_camera);
+  return checks;
 }
 
 }  // namespace

@@ -221,14 +221,14 @@ Camera read_camera(const Keys& keys) {
                     prefix + "cy",
                 "the host's camera in this file");
   }
-  if (prefix == "Camera1.") {
-    const double wider = resizing(keys, "width", "newWidth");
-    const double higher = resizing(keys, "height", "newHeight");
-    camera.fx *= wider;
-    camera.cx *= wider;
-    camera.fy *= higher;
-    camera.cy *= higher;
-  }
+  const bool is_new = prefix == "Camera1.";
+  const double scale = host.number("Camera.imageScale").value_or(1);  // of the older files
+  const double wider = is_new ? resizing(keys, "width", "newWidth") : scale;
+  const double higher = is_new ? resizing(keys, "height", "newHeight") : scale;
+  camera.fx *= wider;
+  camera.cx *= wider;
+  camera.fy *= higher;
+  camera.cy *= higher;
   return camera;
 }
 

@@ -32,6 +32,9 @@ TEST(PluginCamera, IsThatOfEitherHost) {
   EXPECT_EQ(camera.p2, -0.5);
   EXPECT_EQ(read(orb_slam3).cx, 320);
   EXPECT_EQ(read(orb_slam3).k1, 0.125);
+  const std::string older = "Camera.fx: 500\nCamera.fy: 510\nCamera.cx: 320\nCamera.cy: 240\n";
+  EXPECT_EQ(read(older + "Camera.imageScale: 0.5\n").fx, 250);
+  EXPECT_EQ(read(older + "Camera.imageScale: 0.5\n").cy, 120);
 }
 
 TEST(PluginCamera, IsThatOfTheImagesThatOrbSlam3Resized) {
