@@ -112,6 +112,8 @@ void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& 
     detail::throw_misuse(name, "a segmentation after finish()", "every segmentation before it");
   const std::optional<double> known_s =
       frame_timestamp_s ? frame_timestamp_s : segmentation.timestamp_s;
+  if (any_names_ && !known_s)
+    detail::throw_misuse(name, "'" + stem + "' without a time", "that of the masks or the frame");
   const std::optional<double> time_s = any_names_ ? known_s : detail::time_of_name(stem);
   if (!time_s || stem.find_first_of(",\"/") != std::string::npos || detail::has_control(stem)) {
     detail::throw_misuse(
@@ -131,15 +133,18 @@ void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& 
     detail::throw_misuse(name, "masks of time " + mask_time, "a time in seconds");
   }
   const std::int64_t time = detail::microseconds(*time_s);
-  if (!times_.insert(time).second) {
-    detail::throw_misuse(name, "time " + stem + " a second time", "one segmentation a frame");
+  const fs::path file = staged_->path() / (stem + ".png");
+  if (fs::exists(file) || !times_.insert(time).second) {
+    detail::throw_misuse(
+        name, "'" + stem + "', of time " + detail::time_text(*time_s) + ", a second time",
+        "one segmentation for a name and a time");
   }
   const std::size_t before = rows_.size();
   try {
     for (std::size_t i = 0; i < segmentation.instances.size(); ++i) {
       rows_.push_back({table_row(stem, i + 1, segmentation.instances[i]), mask_time});
     }
-    detail::write_image(staged_->path() / (stem + ".png"), label_map_of(segmentation));
+    detail::write_image(file, label_map_of(segmentation));
   } catch (...) {
     times_.erase(time);
     rows_.erase(rows_.begin() + static_cast<std::ptrdiff_t>(before), rows_.end());

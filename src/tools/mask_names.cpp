@@ -69,9 +69,10 @@ std::vector<fs::path> mask_names(const RgbdSequence& sequence, const fs::path& i
   std::vector<fs::path> names;
   std::set<fs::path> used;
   for (std::size_t i = 0; i < sequence.size(); ++i) {
-    const bool is_depth = format == "depth";
-    fs::path name = image_path(sequence, i, is_depth).lexically_relative(image_folder);
-    if (!is_depth && format != "colmap") name.replace_extension();
+    const bool is_depth = format == "depth", is_labels = format == labels_format;
+    fs::path name = is_labels ? fs::path(sequence.entry(i).stem)
+                              : image_path(sequence, i, is_depth).lexically_relative(image_folder);
+    if (format == "static" || format == "dynamic") name.replace_extension();
     if (!is_depth) name += ".png";
     if (!used.insert(name).second && !is_depth) {
       detail::throw_file_error(

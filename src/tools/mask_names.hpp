@@ -16,9 +16,11 @@ namespace dynfilter::tools {
 /// itself, or else, as other images or things lie beside, the first one inside that holds them all.
 std::filesystem::path image_folder_of(const RgbdSequence& sequence, bool of_depth);
 
-/// Returns the names of the mask images, by the index of their frames: "colmap" adds .png to the
-/// image's whole name, "depth" keeps the names of the depth images, the others put .png in place of
-/// the extension. Refuses equal names.
+constexpr const char* labels_format = "labels";
+
+/// Returns the names of the mask images, by the index of their frames: "labels" are in one folder,
+/// "colmap" adds .png to the image's whole name, "depth" keeps the names of the depth images, the
+/// others put .png in place of the extension. Refuses equal names.
 std::vector<std::filesystem::path> mask_names(const RgbdSequence& sequence,
                                               const std::filesystem::path& image_folder,
                                               const std::string& format);

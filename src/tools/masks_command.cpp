@@ -33,8 +33,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* labels_format = "labels";
-
 struct MasksOptions {
   SceneSpec scene;
   fs::path out;
@@ -111,6 +109,7 @@ void write_label_maps(MasksOptions options) {
   const MaskedFrames frames = open_frames(options);
   FrameSource& source = *frames.source;
   options.mask_culler.dynamic_classes = class_ids({}, frames.segmenter.get());
+  if (source.sequence() != nullptr) mask_names(*source.sequence(), {}, labels_format);
   MaskFolderWriterOptions writer_options;
   writer_options.overwrite = options.overwrite;
   writer_options.any_names = true;

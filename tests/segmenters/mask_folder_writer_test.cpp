@@ -158,10 +158,24 @@ TEST(MaskFolderWriter, RefusesInvalidSegmentations) {
   expect_refused("1", "score 2");
   segmentation.instances.clear();
   writer.add(segmentation, "1");
-  expect_refused("1.0", "time 1.0 a second time");
+  expect_refused("1.0", "'1.0', of time 1.000000, a second time");
   writer.finish();
   expect_refused("2", "after finish()");
   EXPECT_EQ(file_text(folder / "instances.csv"), table_header);
+}
+
+TEST(MaskFolderWriter, WritesAnyNameOnce) {
+  const TemporaryFolder folder;
+  MaskFolderWriterOptions options;
+  options.any_names = true;
+  MaskFolderWriter writer(folder.path(), options);
+  Segmentation segmentation = nobody_at(0);
+  writer.add(segmentation, "a", 0);
+  expect_misuse([&] { writer.add(segmentation, "a", 1); }, "'a', of time 1.000000, a second time");
+  expect_misuse([&] { writer.add(segmentation, "b", 0); }, "'b', of time 0.000000, a second time");
+  segmentation.timestamp_s.reset();
+  expect_misuse([&] { writer.add(segmentation, "b"); }, "'b' without a time");
+  EXPECT_EQ(writer.size(), 1U);
 }
 
 TEST(MaskFolderWriter, RefusesAStemThatIsNotTheTime) {

@@ -209,6 +209,15 @@ TEST_F(ProgramMaskImages, OfOneNameAreRefused) {
       << second.depth_path.filename().string() << '\n';
   expect_refused("static", out("names masks"), "the mask of another image would have the same name",
                  folder);
+  const fs::path photos = out("photos");
+  for (const char* day : {"1", "2"}) {
+    fs::create_directories(photos / day);
+    fs::copy(other, photos / day / "a.jpg");
+  }
+  fs::create_directories(out("one mask"));
+  fs::copy(folder / "masks" / (first.stem + ".png"), out("one mask") / "a.png");
+  expect_refused("labels --masks " + quoted(out("one mask")), out("names labels"),
+                 "the mask of another image would have the same name, a.png", photos);
 }
 
 TEST_F(ProgramMaskImages, NameWhatIsMissing) {
