@@ -41,6 +41,7 @@ struct TableRow {
 };
 
 constexpr std::size_t mask_time_column = 8;
+constexpr double same_time_s = 0.001;  // A larger one gives a frame's rows to its neighbour's mask.
 
 TableRow read_row(const detail::TableReader& table, bool has_mask_time) {
   table.require_columns(
@@ -216,7 +217,7 @@ void MaskFolderSegmenter::read_table(const fs::path& path) {
     const std::optional<double> time_s = time_of(detail::frame_stem(table.text(0) + ".png"));
     if (!time_s) table.fail("frame: got '" + table.text(0) + "'; want a time in seconds");
     const auto mask = nearest(*time_s);
-    if (!is_within_reach(mask, *time_s)) {
+    if (!is_near(mask, *time_s, same_time_s)) {
       if (options_.allow_missing) continue;
       table.fail("frame " + table.text(0) + " has no mask " + table.text(0) + ".png");
     }
@@ -235,7 +236,7 @@ void MaskFolderSegmenter::read_table(const fs::path& path) {
 
 bool MaskFolderSegmenter::has_mask(double timestamp_s) const {
   return detail::is_time_in_seconds(timestamp_s) &&
-         is_within_reach(nearest(timestamp_s), timestamp_s);
+         is_near(nearest(timestamp_s), timestamp_s, options_.max_time_difference_s);
 }
 
 MaskFolderSegmenter::Masks::const_iterator MaskFolderSegmenter::nearest(double time_s) const {
@@ -247,9 +248,9 @@ MaskFolderSegmenter::Masks::const_iterator MaskFolderSegmenter::nearest(double t
   return later;
 }
 
-bool MaskFolderSegmenter::is_within_reach(Masks::const_iterator mask, double time_s) const {
-  return mask != masks_.end() && std::abs(mask->first - detail::microseconds(time_s)) <=
-                                     detail::microseconds(options_.max_time_difference_s);
+bool MaskFolderSegmenter::is_near(Masks::const_iterator mask, double time_s, double reach_s) const {
+  return mask != masks_.end() &&
+         std::abs(mask->first - detail::microseconds(time_s)) <= detail::microseconds(reach_s);
 }
 
 std::vector<int> MaskFolderSegmenter::values() const {
@@ -279,7 +280,7 @@ Segmentation MaskFolderSegmenter::read(const FrameView& frame) const {
     detail::throw_misuse("MaskFolderSegmenter", "timestamp_s = " + time, "seconds");
   }
   const auto mask = nearest(frame.timestamp_s);
-  if (!is_within_reach(mask, frame.timestamp_s)) {
+  if (!is_near(mask, frame.timestamp_s, options_.max_time_difference_s)) {
     detail::throw_file_error(
         folder_ / (time + ".png"),
         "there is no such mask; " +
@@ -297,11 +298,11 @@ Segmentation MaskFolderSegmenter::read(const FrameView& frame) const {
     detail::throw_file_error(file, detail::size_name(pixels.size()) +
                                        " pixels, but the depth has " +
                                        detail::size_name(result.image_size) +
-                                       "; register depth to the image, at its size");
+                                       "; hand over the image, too, or give both its size");
   }
   pixels = detail::fitted(pixels, result.image_size, file, "the frame", detail::if_letterboxed);
   const std::optional<double>& own_time_s = mask->second.time_s;
-  if (own_time_s && !is_within_reach(mask, *own_time_s)) {
+  if (own_time_s && !is_near(mask, *own_time_s, same_time_s)) {
     result.timestamp_s = *own_time_s;
     result.frame_id = unknown_frame;
   }

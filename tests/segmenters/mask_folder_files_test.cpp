@@ -136,6 +136,21 @@ TEST(MaskFolderTimes, RoundTripKeepsTheTimeOfTheMasks) {
   EXPECT_DOUBLE_EQ(*read(1341846434.810024).timestamp_s, 1341846434.810024);
 }
 
+TEST(MaskFolderTimes, HoldWithinALongReach) {
+  const TemporaryFolder folder;
+  MaskFolderWriter writer(folder.path());
+  writer.add(timed_masks(1), "1.0", 1);
+  writer.add(timed_masks(1, 2), "1.066", 1.066);
+  writer.finish();
+  MaskFolderOptions options;
+  options.max_time_difference_s = 0.1;
+  options.allow_missing = true;
+  MaskFolderSegmenter reader(folder.path(), options);
+  EXPECT_EQ(reader.segment(frame_at(1.16)).timestamp_s, 1);
+  fs::remove(folder / "1.066.png");  // its rows are not those of another mask
+  EXPECT_EQ(MaskFolderSegmenter(folder.path(), options).segment(frame_at(1)).instances.size(), 1U);
+}
+
 TEST(MaskFolderTimes, MasksOfTheirFramesGetNoColumn) {
   const TemporaryFolder folder;
   MaskFolderWriter writer(folder.path());

@@ -35,9 +35,8 @@ struct MaskFolderOptions {
 /// Reads the instances of a frame from a folder of PNG files named by time, 1341846434.710184.png,
 /// nanoseconds, `<time>_mask.png` or COLMAP's `<image>.png`: the nearest within
 /// `max_time_difference_s`. With `instances.csv` (frame,instance,class_id,score,x,y,width,height
-/// and maybe mask_time, the time of the image that the masks were made of) they are label maps of 8
-/// or 16 bits: k = instance k. Without, every connected object of a mask is one of class 0 and
-/// score 1 (see instances_from_binary_mask).
+/// and maybe mask_time, of the image that the masks were made of) they are label maps. Without,
+/// every connected object of a mask is one of class 0 and score 1 (instances_from_binary_mask).
 ///
 /// A palette counts by its indices; three channels must be equal, and what is transparent is 0. A
 /// mask of the frame's shape, at most 4 times as wide, is resized by the nearest neighbour, and the
@@ -85,7 +84,7 @@ class MaskFolderSegmenter final : public Segmenter {
   void index_masks();
   void read_table(const std::filesystem::path& path);
   Masks::const_iterator nearest(double time_s) const;
-  bool is_within_reach(Masks::const_iterator mask, double time_s) const;
+  bool is_near(Masks::const_iterator mask, double time_s, double reach_s) const;
 
   std::filesystem::path folder_;
   MaskFolderOptions options_;
