@@ -221,8 +221,8 @@ struct MaskPropagator::State {
         return is_it ? before_any_overlap : 0;
       }
       if (instance.class_id != known[k].instance.class_id()) return 0.0;
-      const double iou =
-          detail::intersection_over_union(instance.box, known[k].instance.box_at(step_time_s));
+      const double iou = detail::intersection_over_union(detail::place_of(instance),
+                                                         known[k].instance.box_at(step_time_s));
       return iou >= min_iou ? iou : 0;
     };
     std::vector<Known*> match;

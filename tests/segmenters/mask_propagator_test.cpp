@@ -236,6 +236,21 @@ TEST(MaskPropagator, MatchesBoxesOfOneClassByTheirLargestOverlap) {
   EXPECT_EQ(ids({box(40, 80), box(40, 80)}, {box(40, 80), box(40, 80)}), (TrackIds{0, 1}));
 }
 
+TEST(MaskPropagator, MatchesMasksWithoutABox) {
+  const Pan pan({2, 0});
+  Instance object = ring({160, 120}, 45);
+  object.box = {};
+  MaskPropagator propagator;
+  propagator.propagate(pan.frame(0), std::nullopt);
+  for (int i = 1; i < 5; ++i) {
+    const auto moved = propagator.propagate(pan.frame(i), result_of(pan.frame(i - 1), {object}));
+    ASSERT_EQ(moved->instances.size(), 1U) << i;
+    EXPECT_EQ(moved->instances[0].track_id, 0);
+    EXPECT_TRUE(moved->instances[0].box.empty());
+    object.mask_origin.x += 2;
+  }
+}
+
 TEST(MaskPropagator, DropsAtOnceWhatAResultOfTheFrameItselfMisses) {
   const cv::Mat image = texture(scene_size, 1);
   MaskPropagator propagator;

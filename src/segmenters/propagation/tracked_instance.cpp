@@ -184,7 +184,11 @@ cv::Mat1b MotionMap::moved(const cv::Mat& mask, cv::Point origin) const {
 
 TrackedInstance::TrackedInstance(const Instance& instance, double timestamp_s,
                                  const cv::Size& image)
-    : source_(instance), timestamp_s_(timestamp_s), image_(image), map_(image), box_(instance.box) {
+    : source_(instance),
+      timestamp_s_(timestamp_s),
+      image_(image),
+      map_(image),
+      box_(place_of(instance)) {
   source_.mask = instance.mask.clone();
   const cv::Rect visible = clip({instance.mask_origin, instance.mask.size()}, image);
   if (!visible.empty()) {
@@ -306,7 +310,7 @@ void TrackedInstance::settle() {
   moved_origin_ = now.tl();
   if (now.empty()) return;
   // The sides of the box keep their distances from those of the mask.
-  const cv::Rect2d given(source_.box), mask_then(cv::Rect(mask_origin_, mask_.size()));
+  const cv::Rect2d given(place_of(source_)), mask_then(cv::Rect(mask_origin_, mask_.size()));
   const cv::Point2d first = cv::Point2d(now.tl()) + given.tl() - mask_then.tl();
   const cv::Point2d last = cv::Point2d(now.br()) + given.br() - mask_then.br();
   box_ = {first.x, first.y, std::max(0.0, last.x - first.x), std::max(0.0, last.y - first.y)};
@@ -319,7 +323,7 @@ Instance TrackedInstance::instance() const {
     moved.mask = source_.mask.clone();  // the caller may modify it
     return moved;
   }
-  moved.box = pixels_of(box_, image_);
+  if (!source_.box.empty()) moved.box = pixels_of(box_, image_);
   moved.mask = moved_mask_;
   moved.mask_origin = moved_origin_;
   return moved;

@@ -21,6 +21,11 @@ namespace dynfilter::detail {
 /// motion since is known.
 constexpr std::size_t history_frames = 30;
 
+/// Returns an instance's box, or the rectangle of its mask if the box is not known.
+inline cv::Rect place_of(const Instance& instance) {
+  return instance.box.empty() ? cv::Rect(instance.mask_origin, instance.mask.size()) : instance.box;
+}
+
 /// The image's motion from the frame before into a frame.
 struct FlowStep {
   std::uint64_t frame_id = 0;
