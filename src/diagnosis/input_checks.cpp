@@ -32,7 +32,7 @@ constexpr struct {
     {"camera_size",
      "the camera (fx {}, fy {}, cx {}, cy {}) does not fit images of {}: take the one that "
      "recorded them, at this size"},
-    {"times", "frames are {} s apart: are their times {}? Give seconds"},
+    {"times", "frames are {} s apart: {}"},
     {"image_size",
      "frames of {} pixels come with an image, depth or mask of {}: all need one size"},
     {"images_missing",
@@ -59,7 +59,8 @@ constexpr struct {
      "/ disparity"},
     {"depth_late",
      "depth is {} by {} frames, so that people leave features behind: pair the images anew: "
-     "--depth-offset {}, for a SLAM program `dynfilter sync SEQUENCE --write FILE`"},
+     "--depth-offset {} (in code depth_offset_s), for a SLAM program `dynfilter sync SEQUENCE "
+     "--write FILE`"},
     {"masks_missing",
      "none of {} frames had masks, so that {}: does {} give this recording's, for the times of its "
      "frames?"},
@@ -75,8 +76,8 @@ constexpr struct {
     {"masks_empty",
      "the masks of {} frames mark nobody, so that nothing is removed: is nobody there?"},
     {"masks_classes",
-     "no instance is of a dynamic class ({}); the masks hold {} {}: see --classes; ids count from "
-     "0, person is 0"},
+     "no instance is of a dynamic class ({}); the masks hold {} {}: see --classes (else "
+     "dynamic_classes); ids count from 0, person is 0"},
     {"masks_boxes",
      "masks are filled boxes, so that what is around people is removed, too: give outlines, or "
      "boxes without masks"},
@@ -86,8 +87,8 @@ constexpr struct {
      "image"},
     {"masks_age",
      "masks are {} s old, and people have moved since: take a faster segmenter, or move late masks "
-     "(--rule depth_moved, in a host dynfilter.propagate); if the age is wrong, give masks the "
-     "time of their image, as in the column mask_time of instances.csv"},
+     "(--rule depth_moved, MaskPropagator, in a host dynfilter.propagate); if the age is wrong, "
+     "give masks the time of their image, as in the column mask_time of instances.csv"},
     {"depth_shift",
      "people's depth lies {} px to the {} of their masks and {} px {}, at a width of 640: register "
      "depth to the images; or are the masks of other frames?"},
@@ -183,11 +184,13 @@ Finding times_are_wrong(const Summary& s) {
   const double period_s = s.period_s();
   const bool are_indices = std::abs(period_s - 1) < 0.01;
   if (!(period_s < 0.001 || are_indices || period_s > 8)) return {};
-  const char* const unit = period_s > 1e6   ? "nanoseconds"
-                           : period_s > 1e3 ? "microseconds"
-                           : are_indices    ? "indices"
-                                            : "milliseconds";
-  return say("times", rounded(period_s), unit);
+  const char* const cure = period_s > 1e6    ? "are their times nanoseconds? Give seconds"
+                           : period_s > 1e3  ? "are their times microseconds? Give seconds"
+                           : are_indices     ? "are their times indices? Give seconds"
+                           : period_s > 8    ? "are their times milliseconds? Give seconds"
+                           : !(period_s > 0) ? "give each its own time, which grows"
+                                             : "give seconds";
+  return say("times", rounded(period_s), cure);
 }
 
 /// The noise of a camera makes each image another.
@@ -275,7 +278,8 @@ Finding masks_are_wrong(const Summary& s) {
     return hopeless_if(s.covered() > max_missing,
                        say("masks_everywhere", percent(s.covered()), percent(s.border())));
   if (Finding values = values_are_wrong(s)) return values;
-  if (s.classes.empty() && s.is_none(s.frames - s.with_masks)) return say("masks_empty", s.frames);
+  const bool are_seen = s.other_size.empty() && s.is_none(s.frames - s.with_masks);
+  if (s.classes.empty() && are_seen) return say("masks_empty", s.frames);
   if (!s.classes.empty() && !s.has_dynamic) {
     return say("masks_classes", list(s.options.dynamic_classes),
                s.classes.size() == 1 ? "class" : "classes", list(s.classes));

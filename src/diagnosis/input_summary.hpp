@@ -47,9 +47,9 @@ struct PlaceSummary {
   Series outside, turned;  // shares of the features outside the image; with x and y exchanged
   double boxes = 0;
   /// Boxes that fit neither mask nor image as they are, but if read as normalised, with y before x,
-  /// with corners for sizes, with sizes for corners, or of another mask; and those that touch
-  /// neither.
-  std::array<double, 6> readings{};
+  /// with corners for sizes, with sizes for corners, of another mask, or at another scale; and
+  /// those that touch neither.
+  std::array<double, 7> readings{};
 };
 
 /// What the frames so far show, as far as they can. "People" are instances of dynamic classes.

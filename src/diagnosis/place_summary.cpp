@@ -4,6 +4,7 @@
 // PlaceSummary: features and boxes against the image, boxes against their masks.
 
 #include <algorithm>
+#include <cmath>
 
 #include <opencv2/imgproc.hpp>
 
@@ -43,7 +44,8 @@ void PlaceSummary::add_features(FeaturesView features, const cv::Size& image) {
 void PlaceSummary::add_boxes(const Segmentation& masks, const cv::Size& image) {
   constexpr double poor = 0.4, good = 0.7;  // overlaps; recordings have 0.6 and more
   for (const Instance& one : masks.instances) {
-    if (one.box.empty() && !one.mask.empty()) continue;  // unknown
+    const bool has_or_had_mask = !one.mask.empty() || !one.image_size.empty();
+    if (one.box.empty() && has_or_had_mask) continue;  // unknown, or nobody
     ++boxes;
     const cv::Rect2d box = one.box, turned_box(box.y, box.x, box.height, box.width);
     if (box.area() <= 1) {
@@ -52,13 +54,13 @@ void PlaceSummary::add_boxes(const Segmentation& masks, const cv::Size& image) {
       const cv::Rect2d whole({}, cv::Size2d(image));
       const bool is_in = image.empty() || (box & whole).area() > 0.9 * box.area();
       readings[1] += !is_in && (turned_box & whole) == turned_box ? 1 : 0;
-      readings[5] += !is_in && (box & whole).empty() ? 1 : 0;
+      readings[6] += !is_in && (box & whole).empty() ? 1 : 0;
     } else if (intersection_over_union(box, around(one)) < poor) {
       const auto fits = [&, mask = around(one)](const cv::Rect2d& other) {
         return intersection_over_union(other, mask) > good;
       };
       const cv::Point2d a = box.tl(), b = box.br();  // cv::Rect has sorted their coordinates
-      readings[5] += (box & around(one)).empty() ? 1 : 0;
+      readings[6] += (box & around(one)).empty() ? 1 : 0;
       readings[1] += fits(turned_box) ? 1 : 0;
       readings[2] += fits({a, cv::Point2d(box.width, box.height)}) ? 1 : 0;
       readings[3] += fits({a.x, a.y, b.x, b.y}) || fits({b.x, a.y, a.x, b.y}) ||
@@ -69,6 +71,9 @@ void PlaceSummary::add_boxes(const Segmentation& masks, const cv::Size& image) {
         return !other.mask.empty() && intersection_over_union(box, around(other)) > good;
       };
       readings[4] += std::any_of(masks.instances.begin(), masks.instances.end(), has_it) ? 1 : 0;
+      const double scale = around(one).width / box.width;
+      const cv::Rect2d scaled(scale * a, scale * b);
+      readings[5] += std::abs(scale - 1) > 0.2 && fits(scaled) ? 1 : 0;
     }
   }
 }
@@ -99,10 +104,12 @@ std::optional<InputFinding> PlaceSummary::about_boxes() const {
       ", because their sizes are corners: give width and height, or name both corners",
       ", because their corners are sizes: give x1, y1, x2, y2, or name width and height",
       ", because they come in another order than the masks: give each mask its own",
+      ", because they are in pixels of another size: give pixels of the image, in instances.csv of "
+      "the mask",
       ": give both in pixels of the image, and each mask its own box"};
   const double all = std::max(boxes, double{min_checked_frames});
   for (std::size_t k = 0; k < readings.size(); ++k) {
-    if (readings[k] <= (k < 5 ? 0.15 : 0.5) * all) continue;
+    if (readings[k] <= (k < 6 ? 0.15 : 0.5) * all) continue;
     return InputFinding{"boxes", percent(readings[k] / all) +
                                      " of the boxes fit neither mask nor image" + causes[k]};
   }

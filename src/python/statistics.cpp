@@ -32,7 +32,7 @@ void bind_outcomes(py::module_& module) {
       .value("not_run", MotionOutcome::not_run, "no motion evidence in the filter")
       .value("no_image", MotionOutcome::no_image, "abstained: the frame has no image")
       .value("started", MotionOutcome::started,
-             "abstained: the first frame, or the first after a cut or a jump of time")
+             "abstained: the first frame, or after a cut, a gap, or a time that did not grow")
       .value("repeated", MotionOutcome::repeated,
              "abstained: the image is that of the frame before")
       .value("too_few_tracks", MotionOutcome::too_few_tracks,

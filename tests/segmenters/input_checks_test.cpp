@@ -147,6 +147,11 @@ TEST(InputChecks, AreSilentAboutSoundFrames) {
     f.view.timestamp_s *= 60, *f.masks->timestamp_s *= 60;
   };
   EXPECT_EQ(all_sentences(checked(seconds_apart)), "");
+  const Change with_an_empty_mask = [](CheckedFrame& f, int) {
+    const cv::Mat nobody(f.view.depth.size(), CV_8UC1, cv::Scalar(0));
+    f.masks->instances.push_back(Instance::from_image_mask(nobody));
+  };
+  EXPECT_EQ(all_sentences(checked(with_an_empty_mask)), "");
 }
 
 /// Makes another box of each instance's; gives each a mask that fits the box first.
@@ -182,6 +187,8 @@ TEST(InputChecks, EachSpeaksAlone) {
        [](CheckedFrame& f, int) { f.view.timestamp_s *= 1e3, *f.masks->timestamp_s *= 1e3; }},
       {"times", "indices",
        [](CheckedFrame& f, int i) { f.view.timestamp_s = i, f.masks->timestamp_s = i; }},
+      {"times", "give each its own",
+       [](CheckedFrame& f, int) { f.view.timestamp_s = 5, f.masks->timestamp_s = 5; }},
       {"image_range", "of 255 greys", [](CheckedFrame& f, int) { f.view.image /= 16; }},
       {"image_range", "of 255 greys", [](CheckedFrame& f, int) { f.view.image /= 64; }, true},
       {"image_frozen", "100 %",
@@ -269,6 +276,12 @@ TEST(InputChecks, EachSpeaksAlone) {
            cv::resize(f.view.image, f.view.image, {160, 120}), f.view.depth.release(),
                f.masks.reset();
        }},
+      {"image_size", "depth or mask of 160x120",
+       [](CheckedFrame& f, int) {
+         cv::Mat small;
+         cv::resize(whole_mask(f), small, {160, 120});
+         set_whole_mask(f, small), f.masks->image_size = small.size();
+       }},
       {"features_few", "of 500",
        [](CheckedFrame& f, int) { f.features.resize(100), f.statistics.reset(); }},
       {"features_left", "nFeatures to ",
@@ -291,6 +304,8 @@ TEST(InputChecks, EachSpeaksAlone) {
       {"boxes", "normalised", with_boxes([](const cv::Rect&) { return cv::Rect(0, 0, 1, 1); })},
       {"boxes", "give both in pixels",
        with_boxes([](const cv::Rect& b) { return cv::Rect(b.x - 400, b.y, b.width, b.height); })},
+      {"boxes", "another size",
+       with_boxes([](const cv::Rect& b) { return cv::Rect(b.tl() * 2, b.size() * 2); })},
       {"motion", "pose_not_trusted",
        [](CheckedFrame& f, int) {
          f.statistics->motion.outcome = MotionOutcome::pose_not_trusted;
