@@ -57,6 +57,7 @@ std::vector<ListedFrame> frames_of(const fs::path& folder, ImageLists lists,
     frames.push_back({lists.frames[i].image, lists.depths[j].image});
   }
   if (!frames.empty()) return frames;
+  const bool has_list = lists.depths.front().image.line > 0;
   const double begin_s = *std::min_element(times.begin(), times.end()) - offset_s,
                depth_begin_s = *std::min_element(depth_times.begin(), depth_times.end()),
                apart_s = depth_begin_s - begin_s;
@@ -68,11 +69,14 @@ std::vector<ListedFrame> frames_of(const fs::path& folder, ImageLists lists,
     const std::string apart = detail::fixed_decimals(apart_s, 3);
     why += ", by another clock? " +
            (std::abs(apart_s) <= max_depth_offset_s
-                ? "If so: --depth-offset " + apart
-                : "If so, move its list: awk '{$1 = sprintf(\"%.6f\", $1 - (" + apart +
-                      ")); print}' depth.txt");
+                ? "If so: --depth-offset " + apart + ", in code depth_offset_s"
+            : has_list ? "If so, move its list: awk '!/^#/ {$1 = sprintf(\"%.6f\", $1 - (" + apart +
+                             "))} 1' depth.txt >moved.txt"
+                       : "Name both by the same");
   }
-  const std::string names = lists.are_pairs ? "associations.txt" : "rgb.txt and depth.txt";
+  const std::string names = lists.are_pairs ? "associations.txt"
+                            : has_list      ? "rgb.txt and depth.txt"
+                                            : "the folder";
   detail::throw_file_error(
       folder, detail::concatenate("no image of ", names, " lie ", options.max_time_difference_s,
                                   " s apart or less", why));

@@ -83,7 +83,7 @@ SequenceCamera read_json_camera(const std::filesystem::path& path) {
   if (!(camera.fx > 0 && camera.fy > 0 && camera.cx > 0 && camera.cy > 0)) {
     detail::throw_file_error(path,
                              "has neither intrinsic_matrix, as Open3D's, nor fl_x, cx and cy, as "
-                             "NeRF's, at its top; write camera.yaml, or name a --camera");
+                             "NeRF's, at its top; write camera.yaml, or name a camera (--camera)");
   }
   if (camera.image_size.empty()) camera.image_size = {};
   return camera;

@@ -82,8 +82,10 @@ class WrittenFiles {
   /// unless `overwrite`, earlier files of this writer.
   void require_room(bool overwrite) const {
     if (!overwrite && !names_.empty()) {
-      throw_file_error(folder_, "holds " + names_.begin()->string() +
-                                    " already; name another folder, or overwrite it (--overwrite)");
+      throw_file_error(
+          folder_,
+          "holds " + names_.begin()->string() +
+              " already; name another folder, or overwrite it (--overwrite, in code overwrite)");
     }
     if (has_list_ || !fs::exists(folder_)) return;
     if (!fs::is_directory(folder_)) throw_file_error(folder_, "is no folder");

@@ -44,10 +44,10 @@ cv::Rect box_of(const double* corners) {
 }
 
 int class_id_of(double number) {
-  const auto id = static_cast<int>(std::clamp(number, 0.0, 1e9));
-  if (id != number)
-    detail::throw_misuse(name, detail::concatenate("a class id of ", number), "whole numbers");
-  return id;
+  const bool is_id = number >= 0 && number <= 1e9 && number == std::floor(number);
+  if (is_id) return static_cast<int>(number);
+  detail::throw_misuse(name, detail::concatenate("a class id of ", number),
+                       "whole numbers from 0 to 1000000000");
 }
 
 /// Warns of a mask that looks like probabilities times 255. Looks at every fourth row.

@@ -10,6 +10,7 @@
 #include <chrono>
 #include <filesystem>
 #include <optional>
+#include <regex>
 #include <thread>
 
 #include <zmq.hpp>
@@ -31,7 +32,8 @@ Clock::duration seconds(double number) {
 
 /// Returns an address for ZeroMQ. A path becomes absolute, which survives chdir().
 std::string endpoint_of(const std::string& address) {
-  if (address.rfind("tcp://127.0.0.1:", 0) == 0) return address;  // nothing is encrypted for others
+  static const std::regex tcp("tcp://127\\.0\\.0\\.1:[1-9][0-9]{0,4}");  // others need encryption
+  if (std::regex_match(address, tcp)) return address;
   const std::string path = address.substr(address.rfind("ipc://", 0) == 0 ? 6 : 0);
   const auto absolute = path.empty() ? path : std::filesystem::absolute(path).string();
   if (!path.empty() && path.find("://") == std::string::npos &&

@@ -148,6 +148,7 @@ def test_nobody_and_boxes_alone():
             "got a box from .nan, 2. to .*; want finite x1",
         ),
         ((two_masks(), None, [0.5, 1]), "got a class id of 0.5; want whole numbers"),
+        ((two_masks(), None, [0, -1]), "got a class id of -1; want whole numbers from 0"),
         ((two_masks(), None, [1]), "got class_ids of .*; want one for each instance, 2"),
         ((two_masks(), None, None, [0.5, 1.5]), "got score 1.5 in instance 1"),
         ((two_masks(), None, ["person", "car"]), "got class_ids of <U6, .*; want numbers"),

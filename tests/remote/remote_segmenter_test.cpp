@@ -101,7 +101,8 @@ TEST_F(RemoteSegmenterTest, SendsTheFrameAndReturnsTheInstances) {
 
 TEST_F(RemoteSegmenterTest, RefusesMisuse) {
   const std::string longest = "/" + std::string(106, 'a');
-  const std::string addresses[] = {"", "ipc://", "tcp://10.0.0.1:5", "x://y"};
+  const std::string addresses[] = {"", "ipc://", "tcp://10.0.0.1:5", "tcp://127.0.0.1:abc",
+                                   "x://y"};
   for (const std::string& address : addresses) {
     expect_misuse([&] { RemoteSegmenter{address}; }, "'" + address + "'; want");
   }
