@@ -24,11 +24,8 @@ namespace dynfilter {
 /// size already, only the region is written, so threads may share it and each compute some rows.
 /// Otherwise it is allocated, with 0 outside the region. `codes` must not share data with `depth`.
 ///
-/// Bands of a large region's rows are computed by OpenCV's threads (cv::parallel_for_), as many as
-/// cv::setNumThreads allows; 1 keeps all in the calling thread.
-///
-/// Throws std::invalid_argument for a depth image of another type. O(pixels of the region), with
-/// the widest registers that the processor has.
+/// OpenCV's threads share a large region; cv::setNumThreads(1) keeps it in the calling thread.
+/// Throws std::invalid_argument for a depth image of another type. O(pixels of the region).
 inline void dense_depth_lbp(const cv::Mat& depth, const cv::Rect& region, cv::Mat& codes) {
   // With larger bands, 640x480 has work for one thread only; handing out a smaller one takes longer
   // than computing it.

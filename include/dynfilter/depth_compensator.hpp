@@ -43,7 +43,8 @@ namespace dynfilter {
 
 /// Options of DepthCompensator.
 struct DepthCompensatorOptions {
-  /// How far a person's limbs reach before and behind the median depth, metres.
+  /// How far a person's limbs reach before and behind the median depth, metres. Without a depth
+  /// image, three quarters of it count.
   double half_width_m = 0.55;
   /// Masks older than this, seconds, are stale. Those without a time count as fresh.
   double stale_age_s = 0.02;

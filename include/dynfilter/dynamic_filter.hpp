@@ -77,9 +77,8 @@ extern template class Pipeline<MaskCuller, Compensator, FeatureFloor>;
 
 /// Filter of the paper's section 3. It removes the features on prior dynamic objects (3.1), then
 /// the features that the masks missed (3.2): by the object's depth, CompensationRule::depth, or by
-/// the paper's own rule, CompensationRule::paper. The paper leaves to the host what to do when too
-/// few features are left. With feature_floor set, the filter reports such a frame; the
-/// default, 0, checks nothing.
+/// the paper's own rule, CompensationRule::paper. With feature_floor set, it reports a frame that
+/// has too few features left.
 ///
 /// Without a depth image (mono, stereo) the rules use the depths of features, if these have a
 /// column of them (FeaturesView::with_depths); otherwise only masks act. `apply`, see Pipeline,

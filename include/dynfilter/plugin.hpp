@@ -45,14 +45,10 @@ struct PluginCounters {
 /// descriptors where they are extracted. examples/orb_slam/README.md shows where.
 ///
 /// The order is kept, descriptors stay in step, and a frame that has features is never left with
-/// none. Where motion is judged, a kept feature on an object that stands still has the object's
-/// class as its `class_id`, which ORB-SLAM leaves at -1: keep it out of a map that is used again. A
-/// call that throws leaves the caller's data unchanged, and the next call works.
-///
-/// The setting "<prefix>.enabled: 0" switches the filter off: it then ignores all other settings,
-/// needs no masks, writes nothing and leaves every frame unchanged. Two threads must not use one
-/// plugin at once; two plugins share nothing. A child of fork() may destroy its parent's plugin;
-/// submit() and filter() throw std::runtime_error there.
+/// none. A kept feature on an object that stands still has the object's class as its `class_id`,
+/// which ORB-SLAM leaves at -1. A call that throws leaves the caller's data unchanged, and the next
+/// call works. Two threads must not use one plugin at once; two plugins share nothing. In a child
+/// of fork(), submit() and filter() throw std::runtime_error.
 class DYNFILTER_PLUGIN_API Plugin {
  public:
   /// Reads the keys "<prefix>.*" of an OpenCV YAML file. Another prefix serves another camera.
@@ -108,10 +104,8 @@ class DYNFILTER_PLUGIN_API Plugin {
   /// number of features that are left, the host's new N. Throws as the one above; then no column is
   /// changed.
   ///
-  /// If both images were submitted, the depths of features around objects are found in these. The
-  /// host's columns tell the product of focal length and baseline: a depth times keypoint's x minus
-  /// right_x, which is negative where the host has no match. Takes about 2 ms more for 1000
-  /// features and a baseline of 0.11 m.
+  /// If both images were submitted, the depths of features around objects are found in these.
+  /// `right_x` is the feature's x in the right image, negative where the host has no match.
   FrameStatistics filter(double timestamp_s, std::vector<float>& depths_m,
                          std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors,
                          std::vector<cv::KeyPoint>& undistorted, std::vector<float>& right_x);

@@ -43,7 +43,9 @@ constexpr std::size_t first_observations = 60;
 constexpr double rejecting_deviations = 3.1;
 
 /// Share of the observations that decides, and share of them that counts as static where the scale
-/// of the residuals is measured.
+/// of the residuals is measured. A threshold in place of the quantile counts a mover that drifts by
+/// a pixel among the inliers, as PnP with RANSAC does. The share is below a half, because failed
+/// tracks and movers together may be the majority.
 struct Deciding {
   double share, static_share;
 };

@@ -173,7 +173,7 @@ inline AbsoluteTrajectoryError absolute_trajectory_error(const Trajectory& estim
 
 /// Options of relative_pose_error.
 struct RelativeErrorOptions {
-  /// Number of estimated poses between the two; 1 = frame to frame, 0 = one second.
+  /// Steps between the two, in estimated poses; 1 = frame to frame, 0 = one second.
   std::size_t interval_frames = 0;
   double max_time_difference_s = 0.02;  ///< between an estimated pose and its true one
   double scale = 1.0;                   ///< scale applied to the estimated motion

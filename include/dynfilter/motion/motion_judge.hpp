@@ -37,19 +37,12 @@ struct MotionJudgeOptions {
 /// is. It is a stage for after the compensator and before FeatureFloor. motion/README.md names its
 /// steps.
 ///
-/// It remembers earlier frames: one judge for each camera, frames in order, one thread at a time.
-/// Equal frames in equal order give equal labels. Memory at 640x480: four grey images with their
-/// halves (0.4 MB each) and four depth images.
+/// It remembers earlier frames: one judge for each camera, frames in order of time, one thread at a
+/// time. The image is CV_8UC1, CV_8UC3 or CV_8UC4. Without `frame.depth` it needs a trusted prior
+/// in each frame. Its constants were chosen at 30 frames a second.
 ///
-/// Abstains, changes nothing and says why in MotionStatistics: without an image, in the first
-/// frame, after a cut, a gap or a step back in time, where an image repeats, and where the tracks
-/// agree on no motion of the camera or, without masks, those of what is nearest do. In such a
-/// frame, the features of people who stand are removed.
-///
-/// The image must be CV_8UC1 or CV_8UC3 (or CV_8UC4). Uses `frame.depth` where it exists, but not
-/// the depths of FeaturesView; without depth it needs a trusted prior in each frame.
-/// `frame.timestamp_s` must grow from frame to frame. Beliefs and verdicts count frames and were
-/// chosen at 30 frames a second. The camera must be that of the features' pixels.
+/// Where it cannot judge, it changes nothing and says why in MotionStatistics (MotionOutcome). In
+/// such a frame, the features of people who stand are removed.
 class MotionJudge {
  public:
   /// Takes camera and options, and the age in seconds, 0 or more, beyond which masks are stale: the

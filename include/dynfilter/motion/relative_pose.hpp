@@ -49,20 +49,9 @@ struct RelativePoseEstimate {
 /// move, even together.
 ///
 /// Least quantile of squares (P. J. Rousseeuw, "Least median of squares regression", 1984) over
-/// poses of four observations each: the reprojection is linear in a small motion, so a hypothesis
-/// is the solution of eight linear equations around the start. The best so far are improved on the
-/// share of the observations that fit best (P. J. Rousseeuw, K. Van Driessen, "Computing LTS
-/// regression for large data sets", 2006). A quantile decides, not a threshold: a threshold counts
-/// a mover that drifts by a pixel among the inliers, and so PnP with RANSAC follows it. The
-/// quantile is below the median, because failed tracks and movers together may be the majority.
-/// With a trusted prior it is a tenth, because such a prior is right also where most of the image
-/// moves. Iteratively reweighted least squares with Tukey's weights follow. Their scale comes from
-/// the quantile at first, and then from the median of the observations that agree with it; with a
-/// trusted prior from a fifth of the sample.
-///
-/// The sample of 300 is spread over the image: it takes from parts of 40 px in turn. What is rich
-/// in texture would outvote the rest otherwise, and where no masks are known that is often a
-/// person.
+/// poses of four observations each, improved as in FAST-LTS (P. J. Rousseeuw, K. Van Driessen,
+/// 2006), then iteratively reweighted least squares with Tukey's weights. The sample of 300 is
+/// spread over the image. src/motion/relative_pose.cpp has the steps and their reasons.
 ///
 /// Deterministic, and independent of the observations' order. const and re-entrant.
 class RelativePoseEstimator {

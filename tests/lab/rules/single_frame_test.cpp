@@ -78,17 +78,6 @@ TYPED_TEST(Peer, IgnoresStaticClasses) {
   EXPECT_EQ(scene.verdicts(TypeParam({0, 2}), {{68, 60}}), "x");
 }
 
-TYPED_TEST(Peer, RefusesLabelsOfAnotherLength) {
-  const PeerScene scene = person_scene();
-  const std::vector<cv::Point2f> features(3);
-  FeatureLabels labels(2, scene.segmentation);
-  expect_misuse(
-      [&] {
-        TypeParam()({scene.frame, scene.segmentation, features}, labels);
-      },
-      "2 labels and 3 features");
-}
-
 /// Odd sizes, hostile depths and boxes: no rule throws, and features outside the image stay.
 TYPED_TEST(Peer, AcceptsArbitraryInput) {
   const TypeParam rule;
