@@ -229,38 +229,6 @@ TEST(FeatureSampler, SampleIsPinned) {
   EXPECT_EQ(drawn(sampler, 11, 60), (std::vector<std::size_t>{1, 8, 18, 37, 40, 46, 48, 51}));
 }
 
-/// Over many frames every feature is drawn equally often, and so is every pair of neighbours. Each
-/// cell adds (count - expected)^2 / variance, which has mean 1. The statistic of n cells is thus
-/// about chi-square with n degrees of freedom: mean n, standard deviation sqrt(2 n). The seed is
-/// fixed, so the test does not fail by chance.
-TEST(FeatureSampler, IsUnbiased) {
-  constexpr std::size_t features = 200, samples = 20;
-  constexpr double frames = 5000;
-  const FeatureSampler sampler(samples, 2024);
-  std::vector<double> hits(features), pairs(features);
-  for (std::uint64_t frame = 0; frame < static_cast<std::uint64_t>(frames); ++frame) {
-    const std::vector<std::size_t> sample = drawn(sampler, frame, features);
-    for (std::size_t i = 0; i < sample.size(); ++i) {
-      hits[sample[i]] += 1;
-      if (i > 0 && sample[i] == sample[i - 1] + 1) pairs[sample[i]] += 1;
-    }
-  }
-  const auto require_uniform = [&](const std::vector<double>& counts, std::size_t first,
-                                   double probability) {
-    const double expected = frames * probability;
-    const double variance = expected * (1 - probability);
-    double statistic = 0;
-    double cells = 0;
-    for (std::size_t i = first; i < counts.size(); ++i, ++cells) {
-      statistic += (counts[i] - expected) * (counts[i] - expected) / variance;
-    }
-    EXPECT_NEAR(statistic, cells, 4 * std::sqrt(2 * cells));
-  };
-  const double share = double{samples} / features;
-  require_uniform(hits, 0, share);
-  require_uniform(pairs, 1, share * (samples - 1.0) / (features - 1.0));
-}
-
 TEST(FeatureSampler, DrawsTheSmallestKeys) {
   for (std::uint64_t frame = 0; frame < 50; ++frame) {
     for (const std::size_t count : {0U, 1U, 19U, 20U, 21U, 40U, 41U, 79U, 300U}) {

@@ -332,9 +332,11 @@ TEST(MotionJudge, RefusesNonsense) {
   PosePrior prior;
   prior.pose.rotation(1, 1) = std::nan("");
   expect_error<Bad>([&] { state.expect_motion(prior); }, "a pose that is not finite");
-  prior = {};
-  prior.max_rotation_rad = 0;
-  expect_error<Bad>([&] { state.expect_motion(prior); }, "limits above 0");
+  for (double PosePrior::*limit : {&PosePrior::max_rotation_rad, &PosePrior::max_translation_m}) {
+    prior = {};
+    prior.*limit = 0;
+    expect_error<Bad>([&] { state.expect_motion(prior); }, "limits above 0");
+  }
   prior = {};
   prior.pose.rotation = prior.pose.rotation * 1.01;
   expect_error<Bad>([&] { state.expect_motion(prior); }, "an orthonormal matrix");

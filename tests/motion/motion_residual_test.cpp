@@ -71,6 +71,7 @@ TEST(MotionResidual, IgnoresDepthsBehindTheEarlierCamera) {
   ASSERT_TRUE(residual);
   EXPECT_NEAR(residual->distance_px, tried_residual(pose, now, then, {0.4, 3}), 1e-2);
   EXPECT_FALSE(motion_residual(tum_camera, pose, now, then, {0.4, 0.9}));
+  EXPECT_TRUE(motion_residual(tum_camera, {}, now, then, {0.4, 3})) << "a camera that rests";
 }
 
 /// Oracle: sorts the depths of the window, and splits them in the middle of their range.

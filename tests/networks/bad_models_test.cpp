@@ -80,6 +80,7 @@ TEST_F(BadModels, TruncatedModelsAreRefused) {
     expect_failure([&] { NetworkSegmenter{file}; }, "cut.onnx: ");
   }
   expect_refused(place.write("other.onnx", "no model"), "is truncated or no ONNX model");
+  expect_refused(place.write("page.onnx", "<!DOCTYPE html>"), "is a web page");
 }
 
 TEST_F(BadModels, OptionsOutOfRangeAreRefused) {

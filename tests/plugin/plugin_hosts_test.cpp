@@ -75,6 +75,10 @@ TEST_F(PluginHosts, MayChangeTheWorkingDirectory) {
   Plugin expected(settings());
   EXPECT_EQ(kept_in_frames(plugin, 2), kept_in_frames(expected, 2));
   EXPECT_TRUE(fs::exists(path("out") / "overlays/100.100000.png"));
+  submit(plugin, 3);
+  kept(plugin, 2);
+  kept(plugin, 3);
+  EXPECT_TRUE(fs::exists(path("out") / "overlays/100.300000.png")) << "its image waited";
 }
 
 TEST_F(PluginHosts, MayNotWriteIntoTheMasks) {

@@ -119,7 +119,11 @@ TEST_F(PluginTest, AsyncNamesAFrameThatWasNeverSubmitted) {
 }
 
 TEST_F(PluginTest, AsyncLatestTakesMasksOfAnotherFrame) {
-  const RemotePeer peer(path("socket"), answer_with_frame_2);
+  const RemotePeer peer(path("socket"), [](const FrameView& frame, std::uint64_t request) {
+    const bool is_second = frame.timestamp_s > 100.25;
+    if (is_second) std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    return answer_with_frame_2(frame, request);
+  });
   in_time([&] {
     Plugin plugin(raw_settings(remote_settings(path("socket")) + "dynfilter.async: \"latest\"\n"));
     submit(plugin, 2);
@@ -127,6 +131,8 @@ TEST_F(PluginTest, AsyncLatestTakesMasksOfAnotherFrame) {
     for (int k = 3; kept(plugin, k).size() == HostFrame(k).keypoints.size(); ++k) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
+    submit(plugin, 3);  // whose masks take longer
+    EXPECT_LT(kept(plugin, 3).size(), HostFrame(3).keypoints.size());
   });
 }
 

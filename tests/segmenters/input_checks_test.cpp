@@ -152,6 +152,11 @@ TEST(InputChecks, AreSilentAboutSoundFrames) {
     f.masks->instances.push_back(Instance::from_image_mask(nobody));
   };
   EXPECT_EQ(all_sentences(checked(with_an_empty_mask)), "");
+  const Change few_features = [](CheckedFrame& f, int) {
+    f.features.resize(15), f.statistics.reset();
+    for (cv::KeyPoint& one : f.features) one.pt *= 0.3F;
+  };
+  EXPECT_EQ(names(checked(few_features)), "features_few ");
 }
 
 /// Makes another box of each instance's; gives each a mask that fits the box first.
@@ -470,9 +475,9 @@ TEST(InputChecks, NeedEightFramesAndWellFormedOnes) {
     CheckedFrame frame = sound_frames()[static_cast<std::size_t>(i)];
     frame.view.metres_per_unit *= 100;
     frame.features.resize(100);
-    checks.add(frame.view, frame.masks, frame.features);
+    checks.add(frame.view, {}, frame.features);
   }
-  EXPECT_EQ(names(checks), "depth_unit features_few ");
+  EXPECT_EQ(names(checks), "depth_unit masks_missing features_few ");
   FrameView frame = sound_frames()[0].view;
   frame.metres_per_unit = 0;
   testing::expect_misuse([&] { checks.add(frame, {}, {}); }, "InputChecks");

@@ -90,6 +90,12 @@ TEST(MaskCarrier, CarriesNobodyTwice) {
   EXPECT_EQ(carrier.carry(walk.frame(1), chair).instances.size(), 1U);
   carrier.reset();
   carrier.carry(first, walk.masks(0));
+  Segmentation half = walk.masks(1);  // the other half would look missed
+  half.instances[0].mask = half.instances[0].mask.clone();
+  half.instances[0].mask.rowRange(60, 120).setTo(0);
+  EXPECT_EQ(carrier.carry(walk.frame(1), half).instances.size(), 1U);
+  carrier.reset();
+  carrier.carry(first, walk.masks(0));
   EXPECT_EQ(carrier.carry(later, walk.masks(20)).instances.size(), 1U);
 }
 

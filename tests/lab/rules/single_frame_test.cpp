@@ -136,17 +136,6 @@ TEST(WholeBox, RemovesTheBoxGrownByFivePixels) {
   EXPECT_EQ(scene.verdicts(rule, {{34.5F, 50}, {34.4F, 50}}), "xo");
 }
 
-TEST(WholeBox, FeatureGoesToTheFirstBox) {
-  PeerScene scene;
-  scene.add_box({10, 10, 40, 40}, 56);
-  scene.add_box({30, 10, 40, 40});
-  scene.add_box({40, 10, 40, 40});
-  const FeatureLabels labels = scene.labels(peers::WholeBox(), {{20, 20}, {45, 20}, {78, 20}});
-  EXPECT_EQ(labels[0].instance, -1) << "the first box has another class";
-  EXPECT_EQ(labels[1].instance, 1);
-  EXPECT_EQ(labels[2].instance, 2);
-}
-
 // --- BoxDepthMask --------------------------------------------------------------------------------
 
 const cv::Rect person_area(50, 30, 40, 60);
