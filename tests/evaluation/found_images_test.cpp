@@ -225,6 +225,7 @@ TEST(FoundImages, TakeTheCameraThatLiesThere) {
   for (const char* text : {"", "{}", "[1, 2]", "{\"fl_x\": \"wide\"}", "{{{{", "\"",
                            "{\"frames\": [{\"fl_x\": 5, \"cx\": 1, \"cy\": 1}]}",
                            "{\"intrinsic_matrix\": [5, 0, 0, 0, 5, 0, 1, 1]}",
+                           "{\"fl_x\": 1000000, \"cx\": 1, \"cy\": 1}",
                            "{\"camera_model\": \"OPENCV_FISHEYE\", \"fl_x\": 5}"}) {
     const fs::path file = folder.write("transforms.json", text);
     expect_failure([&] { read_camera(file); }, file.string());

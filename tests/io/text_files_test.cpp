@@ -48,6 +48,8 @@ TEST(TextTable, ReadsAnyLineEndsEncodingAndSeparator) {
   }
 }
 
+TEST(TextTable, AnHourIsNotTooFar) { EXPECT_FALSE(detail::are_too_far_apart({0, 3600, 7200})); }
+
 TEST(TextTable, CommasWithinCellsDivideNothing) {
   EXPECT_EQ(rows_of("1.5 a,b.png\n"), (Rows{{"1.5", "a,b.png"}}));
   EXPECT_EQ(rows_of("0,5 1,5\n"), (Rows{{"0,5", "1,5"}}));

@@ -60,6 +60,7 @@ TEST_F(PluginTest, StereoColumnsStayInStepAndMatchTheCore) {
       view.depth = cv::Mat();
       const FeatureLabels labels = core.apply(
           view, frame.segmentation, FeaturesView(frame.keypoints).with_depths(frame.depths_m));
+      if (i % 2 == 0) submit(plugin, i);  // without the right image
       const FrameStatistics statistics = frame.filter_with(plugin);
       EXPECT_EQ(statistics.masked, labels.statistics().masked);
       EXPECT_EQ(statistics.compensated, labels.statistics().compensated);

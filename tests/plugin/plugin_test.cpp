@@ -99,7 +99,8 @@ TEST_F(PluginTest, KeepsAtLeastOneFeature) {
   cv::Mat descriptors = frame.descriptors.rowRange(0, 2).clone();
   const FrameStatistics statistics =
       plugin.filter(frame.timestamp_s, frame.depth, on_person, descriptors);
-  EXPECT_EQ(on_person.size(), 1U);
+  ASSERT_EQ(on_person.size(), 1U);
+  EXPECT_EQ(on_person[0].pt.x, 30) << "of equals, the first";
   EXPECT_EQ(descriptors.rows, 1);
   EXPECT_EQ(statistics.restored, 1U);
   std::vector<cv::KeyPoint> nothing;
