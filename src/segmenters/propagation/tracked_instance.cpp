@@ -323,7 +323,7 @@ Instance TrackedInstance::instance() const {
     moved.mask = source_.mask.clone();  // the caller may modify it
     return moved;
   }
-  if (!source_.box.empty()) moved.box = pixels_of(box_, image_);
+  moved.box = source_.box.empty() ? cv::Rect() : pixels_of(box_, image_);
   moved.mask = moved_mask_;
   moved.mask_origin = moved_origin_;
   return moved;
