@@ -140,7 +140,9 @@ inline DynamicFilterOptions arbitrary_options(ByteSource& source, const cv::Size
   EdgeCompensatorOptions& edge = options.compensator.paper;
   edge.seed = source.byte();
   edge.depth.expansion = source.between(0, 10) / 20.0;
+  source.chance(50);  // keeps the corpus, as the one below
   edge.code.expansion = source.between(0, 64);
+  source.chance(50);
   edge.samples = RangeEstimator::min_samples + static_cast<std::size_t>(source.between(0, 24));
   edge.uses_codes = edge.seed % 4 != 3;  // draws no byte, which the fuzzer's corpus lacks
   return options;
