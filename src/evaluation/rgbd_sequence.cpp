@@ -72,7 +72,7 @@ std::vector<ListedFrame> frames_of(const fs::path& folder, ImageLists lists,
                 ? "If so: --depth-offset " + apart + ", in code depth_offset_s"
             : has_list ? "If so, move its list: awk '!/^#/ {$1 = sprintf(\"%.6f\", $1 - (" + apart +
                              "))} 1' depth.txt >moved.txt"
-                       : "Name both by the same");
+                       : "Name both by one clock");
   }
   const std::string names = lists.are_pairs ? "associations.txt"
                             : has_list      ? "rgb.txt and depth.txt"
