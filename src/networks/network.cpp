@@ -10,6 +10,7 @@
 #include <iterator>
 #include <locale>
 #include <memory>
+#include <mutex>
 #include <new>
 #include <sstream>
 
@@ -48,14 +49,17 @@ constexpr bool opencv_runs_exported_yolo = CV_VERSION_MAJOR > 4 ||
 constexpr const char* deformable_layers[] = {
     "DCNv2", "DeformConv", "mmcv.MMCVModulatedDeformConv2d", "mmdeploy.MMCVModulatedDeformConv2d"};
 
-/// Loads a network, which keeps its layers. OpenCV forgets their types again.
+/// Loads a network, which keeps its layers. OpenCV forgets their types again. One at a time: OpenCV
+/// takes no type twice, and its list belongs to the whole process.
 cv::dnn::Net loaded(const std::vector<char>& bytes) {
-  for (const char* type : deformable_layers) {
-    cv::dnn::LayerFactory::registerLayer(type, make_deformable_convolution);
-  }
+  static std::mutex one_at_a_time;
+  const std::lock_guard lock(one_at_a_time);
   const std::shared_ptr<void> forget(nullptr, [](void*) {
     for (const char* type : deformable_layers) cv::dnn::LayerFactory::unregisterLayer(type);
   });
+  for (const char* type : deformable_layers) {
+    cv::dnn::LayerFactory::registerLayer(type, make_deformable_convolution);
+  }
   return cv::dnn::readNetFromONNX(bytes.data(), bytes.size());
 }
 

@@ -3,6 +3,7 @@
 
 #include "dynfilter/networks/network_segmenter.hpp"
 
+#include <future>
 #include <iostream>
 #include <opencv2/core/version.hpp>
 #include <opencv2/dnn/layer.hpp>
@@ -96,6 +97,14 @@ TEST_F(NetworkSegmenterTest, RunsDeformableConvolutionsOfYolactPlus) {
   cv::dnn::LayerParams params;
   EXPECT_FALSE(cv::dnn::LayerFactory::createLayerInstance("DCNv2", params))
       << "OpenCV knows the layer while a model is loaded";
+}
+
+TEST_F(NetworkSegmenterTest, LoadsInManyThreadsAtOnce) {
+  std::vector<std::future<Segmentation>> found;
+  for (int i = 0; i < 16; ++i) {
+    found.push_back(std::async(std::launch::async, [] { return segment("yolact", two_blocks()); }));
+  }
+  for (std::future<Segmentation>& result : found) expect_two_blocks(result.get());
 }
 
 TEST_F(NetworkSegmenterTest, KnowsItsClasses) {
