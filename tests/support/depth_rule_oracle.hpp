@@ -259,15 +259,16 @@ struct DepthRuleOracle {
     };
     const auto votes = [&](const Object& o, cv::Point pixel) {
       const double vote = std::pow(2, 32), reach = 60 * scale, doubt = 24 * scale;
-      double own = 0, all = std::floor(vote / (doubt * doubt));
+      double own = 0, all = std::floor(vote / (doubt * doubt)), around = 0;
       for (std::size_t j = 0; j < pixels.size(); ++j) {
         const cv::Point2d apart = cv::Point2d(pixels[j]) - cv::Point2d(pixel);
+        around += std::max(std::abs(apart.x), std::abs(apart.y)) <= std::round(reach) ? 1 : 0;
         const double squared = std::max(1.0, apart.ddot(apart)), z = depth_of(o, j);
         if (z == 0 || squared > reach * reach) continue;
         all += std::floor(vote / squared);
         own += is_near(o, z) ? std::floor(vote / squared) : 0;
       }
-      return own / all;
+      return around > 4000 ? 0 : own / all;
     };
     const auto certainty = [&](const Object& o, cv::Point pixel, double z) -> double {
       if (owns(o, place_of(o, pixel), z)) return ++times[has_image ? "by depth" : "by column"], 1;
@@ -275,7 +276,6 @@ struct DepthRuleOracle {
       const double margin = is_behind || !has_image ? o.margin : scale;
       if (near_mask(o, pixel, margin)) return ++times["by margin"], 1;
       if (z > 0 && (!has_image || !is_behind)) return 0;
-      if (!has_image && pixels.size() > 10000) return 0;
       const double sum = has_image ? nearness(o, place_of(o, pixel)) : votes(o, pixel);
       const bool is_in_shadow = sum >= 0.45 && near_mask(o, pixel, o.margin + 9 * scale);
       const double needed = !has_image || is_in_shadow ? 0.9 : 0.45;
