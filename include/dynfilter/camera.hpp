@@ -88,7 +88,8 @@ inline bool is_before_fold(const Camera& camera, double r2) {
   const auto grows_at = [&](double s) { return 1 + s * (a + s * (b + s * c)) > 0; };
   const double square = b * b - 3 * a * c;
   if (!grows_at(r2) || !(square > 0)) return grows_at(r2);
-  const double least_at = -a / (b + std::sqrt(square));  // the only minimum between the ends
+  const double root = std::sqrt(square);  // the slope has its only minimum at the larger root
+  const double least_at = b < 0 && c != 0 ? (root - b) / (3 * c) : -a / (b + root);
   return !(least_at > 0 && least_at < r2) || grows_at(least_at);
 }
 

@@ -76,6 +76,10 @@ TEST(Camera, HasNoRawPixelBeyondTheFold) {
   EXPECT_TRUE(bent.distort({77, 0}));
   EXPECT_FALSE(bent.distort({90, 0}));
   EXPECT_FALSE(bent.distort({150, 0}));
+  // It rises again beyond 0.921, and falls from 0.830 on.
+  const Camera without_k1{100, 100, 0, 0, 0, -1, 0, 0, 0.6};
+  EXPECT_TRUE(without_k1.distort({83, 0}));
+  EXPECT_FALSE(without_k1.distort({100, 0}));
 }
 
 TEST(Camera, ProjectsItsOwnPoints) {
