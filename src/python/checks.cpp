@@ -48,7 +48,6 @@ wanted_features: number asked for in each frame; 0: unknown)")
              const std::optional<Segmentation>& segmentation, const py::object& points,
              const FrameStatistics* statistics) {
             const SegmentationView masks = segmentation_view(segmentation);
-            if (points.is_none()) return self.add(frame, masks, {}, statistics);
             const Features features(points, py::none(), "InputChecks");
             self.add(frame, masks, features.view(), statistics);
           },

@@ -26,14 +26,15 @@ const char* const apply_doc = R"(Returns the labels of the frame's features.
 frame: FrameView
 segmentation: Segmentation of the frame, or None if no masks are known
 features: N x 2 (or N x 1 x 2, as OpenCV has them), float32: x and y in raw pixels of the image that
-    was segmented; the rows may have any distance
+    was segmented; the rows may have any distance; None: no features
 depths_m: N, the features' depths in metres, 0 or NaN = unknown, for compensation in frames
     without a depth image; None = not known. These are copied.
 
 Raises ValueError for malformed input. The interpreter's lock is released meanwhile.)";
 
 Features::Features(const py::object& points, const py::object& depths_m, const char* component)
-    : points_(array_from(points)), view_(features_from(points_, component)) {
+    : points_(points.is_none() ? py::array() : array_from(points)),
+      view_(features_from(points_, component)) {
   if (depths_m.is_none()) return;
   const auto numbers = numbers_from(depths_m, {component, "depths_m"});
   if (numbers.ndim() != 1 || static_cast<std::size_t>(numbers.size()) != view_.size()) {

@@ -140,7 +140,7 @@ def test_tensors_are_taken_without_a_copy(scene):
 
 
 def test_frames_without_keypoints_pass_as_opencv_gives_them(scene):
-    for points in ((), [], np.empty((0, 2), np.float32), np.empty(0)):
+    for points in ((), [], np.empty((0, 2), np.float32), np.empty(0), None):
         labels = dynfilter.DynamicFilter().apply(scene.frame(), scene.segmentation(), points)
         assert len(labels) == 0
         kept, descriptors = dynfilter.keep_static(labels, points, None)

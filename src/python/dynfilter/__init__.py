@@ -13,8 +13,8 @@ safe to use:
 Images, depth, masks and points are NumPy arrays, or what numpy.asarray takes (tensors on the CPU).
 They are not copied; an array of another type or layout is a ValueError that says what is wanted.
 Names are those of the C++ library; accessors without arguments are properties. Wrong arguments are
-ValueError, files and networks that fail RuntimeError. The interpreter's lock is released while the
-library works, and one filter may serve many threads.
+ValueError, files and networks that fail RuntimeError. The interpreter's lock is released while
+filters, segmenters and readers of frames work, and one filter may serve many threads.
 """
 
 import itertools
@@ -70,7 +70,7 @@ def _fault_of(column: Any, others: Tuple[Any, ...], count: int) -> str:
     if len(column) != count:
         return f"of {len(column)} elements; want one for each feature, {count}"
     for j, other in enumerate(others):
-        if column is other:
+        if column is other and count > 0:  # OpenCV's empty results are one tuple
             return f"column {j} again; want others"
     return ""
 
