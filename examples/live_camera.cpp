@@ -31,9 +31,11 @@ int main(int argc, char** argv) try {
     const auto labels = filter.apply(frame, masks, features);
     const cv::Mat picture = dynfilter::draw_overlay(frame.image, masks, features, labels);
     if (!has_display && frame.id == 0) film.open("live_camera.mp4", 0x7634706d, 15, picture.size());
+    if (!has_display && !film.isOpened()) throw std::runtime_error("cannot write live_camera.mp4");
     has_display ? cv::imshow("dynfilter", picture) : film.write(picture);
     if (has_display) key = cv::waitKey(1);
   }
+  if (frame.id == 0) throw std::runtime_error('"' + name + "\" gives no image");
 } catch (const std::exception& error) {
   return std::cerr << error.what() << '\n', 1;
 }
