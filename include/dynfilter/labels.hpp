@@ -64,6 +64,7 @@ class FeatureLabels {
     labels_.resize(features);
     statistics_.instances.resize(segmentation.instances.size());
     statistics_.features = features;
+    statistics_.has_segmentation = true;
     for (std::size_t k = 0; k < segmentation.instances.size(); ++k) {
       statistics_.instances[k].class_id = segmentation.instances[k].class_id;
       statistics_.instances[k].score = segmentation.instances[k].score;

@@ -63,18 +63,11 @@ enum class MotionOutcome : std::uint8_t {
 struct MotionStatistics {
   MotionOutcome outcome = MotionOutcome::not_run;  ///< what happened
   std::size_t tracked = 0;                         ///< features that were found in the last frame
-  std::size_t candidates = 0;  ///< features that look as if they move, by track, depth or image
-  std::size_t supported = 0;   ///< candidates whose neighbours move, too
   std::size_t kept_still = 0;  ///< removed before, and kept because they do not move
   /// Dynamic objects that matter and of which it is not known for sure whether they move: a single
   /// frame could change the verdict. An object matters if masks and compensation took more than a
   /// twentieth of the frame's features for it.
   std::size_t unsettled_objects = 0;
-  double scale_px = 0;      ///< scale of the static features' residuals, one frame back, pixels
-  double pose_support = 0;  ///< share of the features that agree with the camera's motion
-  /// Number of baselines that were used: 0 where it abstained; else the short one, and the long one
-  /// if it could be.
-  std::size_t baselines = 0;
 };
 
 /// Statistics of one instance. Counts are numbers of features.
@@ -114,7 +107,8 @@ struct FrameStatistics {
   bool starved = false;  ///< fewer features than the floor are left
   /// Number to extract next time; 0 = the present number suffices.
   std::size_t suggested_features = 0;
-  /// False: no masks are known; true without instances: nobody is there. Set by Pipeline.
+  /// False: no masks are known; true without instances: nobody is there. Pipeline sets it; labels
+  /// that you make of a Segmentation have known masks.
   bool has_segmentation = false;
   bool has_mask_stage = false;  ///< MaskCuller ran, whether or not anything lay on masks
   /// Time of the frame minus time of its masks, seconds; NaN without masks or without their time.

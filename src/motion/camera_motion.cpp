@@ -260,8 +260,7 @@ CameraEstimate measure_camera(const MotionContext& context) {
           : are_too_few ? MotionOutcome::too_few_tracks
                         : MotionOutcome::pose_not_trusted,
           {is_used, memory.now.timestamp_s - memory.past[0].timestamp_s, estimate.pose,
-           estimate.scale_px},
-          estimate.support};
+           estimate.scale_px}};
 }
 
 Baseline measure_long_baseline(const MotionContext& context) {

@@ -110,7 +110,6 @@ struct Baseline {
 struct CameraEstimate {
   MotionOutcome outcome = MotionOutcome::applied;  // else why it is not known
   Baseline over;
-  double support = 0;  // see RelativePoseEstimate
 };
 
 /// What the steps found in a frame: one value a feature.

@@ -36,6 +36,11 @@ void check_options(const MotionJudgeOptions& options, double stale_age_s) {
   require(stale_age_s >= 0, "stale_age_s", stale_age_s, "a number of at least 0");
 }
 
+const Camera& checked(const Camera& camera) {
+  validate(camera, "MotionJudge");
+  return camera;
+}
+
 void require_grey_or_colour(const cv::Mat& image) {
   const int type = image.type();
   if (image.empty() || type == CV_8UC1 || type == CV_8UC3 || type == CV_8UC4) return;
@@ -75,7 +80,7 @@ bool continues(MotionMemory& memory, double max_gap_s) {
 /// Begins a frame's verdicts. Unknown masks say nothing of who is there: the verdicts wait for the
 /// next known ones, but not for longer than a gap between frames may be.
 void begin_verdicts(const MotionContext& context) {
-  if (!context.has_masks && context.input.segmentation.instances.empty()) return;
+  if (!context.has_masks) return;
   MotionMemory& memory = context.memory;
   const double gap_s = memory.now.timestamp_s - memory.instances_s;
   if (gap_s > context.options.max_gap_s) memory.instances.clear();
@@ -96,7 +101,6 @@ void start(const MotionContext& context) {
 /// found, and writes its own array.
 MotionOutcome judge(const MotionContext& context, FeatureLabels& labels) {
   using detail::long_baseline, detail::short_baseline;
-  MotionStatistics& statistics = labels.statistics().motion;
   detail::MotionFindings& found = context.scratch.found;
   found.reset(context.input.features.size());
   begin_verdicts(context);
@@ -104,7 +108,6 @@ MotionOutcome judge(const MotionContext& context, FeatureLabels& labels) {
   suspect_features(context, labels, found.suspects);
   const detail::CameraEstimate camera = measure_camera(context);
   found.over[short_baseline] = camera.over;
-  statistics.pose_support = camera.support;
   if (camera.outcome == MotionOutcome::started) {
     start(context);
     return camera.outcome;
@@ -114,22 +117,17 @@ MotionOutcome judge(const MotionContext& context, FeatureLabels& labels) {
     if (!found.over[b].is_used) continue;
     track_features(context, b, found.tracks[b]);
     found.over[b] = refined(context, b);
-    ++statistics.baselines;
   }
   for (const detail::PatchTrack& track : found.tracks[short_baseline]) {
-    statistics.tracked += track.is_found ? 1 : 0;
+    labels.statistics().motion.tracked += track.is_found ? 1 : 0;
   }
   const bool is_applied = camera.outcome == MotionOutcome::applied;
   if (is_applied) {
-    statistics.scale_px = found.over[short_baseline].scale_px;
     measure_shifts(context, found.shifts);
     gather_evidence(context, found.evidence);
     support_candidates(context, labels, found.supported);
     update_beliefs(context, found.beliefs);
     find_moving(context, found.moving);
-    statistics.candidates = context.scratch.candidates.size();
-    statistics.supported = static_cast<std::size_t>(
-        std::count(found.supported.begin(), found.supported.end(), std::uint8_t{1}));
   }
   judge_instances(context, labels);
   if (is_applied) write_labels(context, labels);
@@ -141,7 +139,7 @@ MotionOutcome judge(const MotionContext& context, FeatureLabels& labels) {
 
 MotionJudge::MotionJudge(const Camera& camera, const MotionJudgeOptions& options,
                          double stale_age_s)
-    : camera_(camera),
+    : camera_(checked(camera)),
       options_(options),
       stale_age_s_(stale_age_s),
       pose_estimator_(camera),

@@ -264,8 +264,9 @@ bool shifts_in_fringe(const MotionFindings& found, const Shift& shift) {
 /// Removes the features beside an instance that may belong to it and are not static for sure.
 void clean_fringe(const MotionContext& context, std::size_t k, FeatureLabels& labels) {
   const Instance& instance = context.input.segmentation.instances[k];
-  const double age_s = std::abs(labels.statistics().segmentation_age_s);  // NaN without a time
-  const bool are_fresh = !(age_s > context.stale_age_s);
+  const double age_s =
+      context.input.segmentation.age_s(context.input.frame.timestamp_s).value_or(0);
+  const bool are_fresh = std::abs(age_s) <= context.stale_age_s;
   // The features on stale masks may be the background's.
   const double farthest_m =
       are_fresh ? farthest_of(context, labels, k) : std::numeric_limits<double>::infinity();

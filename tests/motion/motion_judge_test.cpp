@@ -311,6 +311,28 @@ TEST(MotionJudge, WhoseFeaturesCannotBeTrackedIsNotStill) {
   }
 }
 
+TEST(MotionJudge, SeesByHandWhatItSeesInAPipeline) {
+  const SyntheticScene scene(scene_level("stale_3", 11));
+  MotionJudge piped(scene.camera()), judge(scene.camera());
+  const Pipeline<MaskCuller, std::reference_wrapper<MotionJudge>> pipeline(MaskCuller(), piped);
+  Workspace workspace;
+  for (int i = 0; i < 12; ++i) {
+    const Shot shot = shot_of(scene, i);
+    const FrameView& frame = shot.rendered.frame;
+    const Segmentation& masks = shot.rendered.poor_segmentation;
+    const FeatureLabels wanted = pipeline.apply(frame, masks, shot.keypoints);
+    FeatureLabels labels(shot.keypoints.size(), masks);
+    MaskCuller()({frame, masks, shot.keypoints}, labels);
+    judge({frame, masks, shot.keypoints}, labels, workspace);
+    EXPECT_EQ(labels.statistics().is_motion_decided(), wanted.statistics().is_motion_decided());
+    for (std::size_t f = 0; f < labels.size(); ++f) {
+      ASSERT_EQ(std::tie(labels[f].reason, labels[f].score),
+                std::tie(wanted[f].reason, wanted[f].score))
+          << i << ' ' << f;
+    }
+  }
+}
+
 TEST(MotionJudge, RefusesNonsense) {
   using Bad = std::invalid_argument;
   MotionJudgeOptions options;
@@ -325,7 +347,7 @@ TEST(MotionJudge, RefusesNonsense) {
   options = {};
   options.max_gap_s = std::nan("");
   expect_error<Bad>([&] { MotionJudge(camera(), options); }, "max_gap_s = nan");
-  expect_error<Bad>([&] { (void)MotionJudge{Camera()}; }, "fx = 0");
+  expect_error<Bad>([&] { (void)MotionJudge{Camera()}; }, "MotionJudge: got fx = 0");
   expect_error<Bad>([&] { (void)MotionJudge{Camera{5, 0, 1, 1}}; }, "fy = 0");
   expect_error<Bad>([&] { (void)MotionJudge{Camera{0, 5, 1, 1}}; }, "fx = 0");
   MotionJudge state(camera());
