@@ -61,7 +61,10 @@ TEST(DepthLbp, AllCallsMatchTheOracleOnHostileDepths) {
       points.insert(points.end(), {{beyond, 1}, {1, beyond}});
     }
     std::vector<std::optional<std::uint8_t>> codes;
-    lbp.codes(depth, points, codes);
+    const GuardedImage guarded({1, static_cast<int>(points.size())}, CV_32FC2, Guard::behind);
+    cv::Mat2f features = guarded.image();
+    std::copy(points.begin(), points.end(), features.ptr<cv::Point2f>());
+    lbp.codes(depth, {features.ptr<cv::Point2f>(), points.size()}, codes);
     ASSERT_EQ(codes.size(), points.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
       const cv::Point pixel = nearest_pixel(points[i]);

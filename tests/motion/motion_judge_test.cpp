@@ -45,6 +45,7 @@ TEST(FeaturePlace, IsApartOnlyByKnownDepths) {
   near.depth_m = 1;
   EXPECT_TRUE(near.is_apart_from(1.5F) && near.is_apart_from(0.5F));
   EXPECT_FALSE(near.is_apart_from(1) || near.is_apart_from(0) || unknown.is_apart_from(1));
+  EXPECT_FALSE(unknown.has_ray());
 }
 
 /// Her body stands still, her arms do not: it is in doubt whether she rests, so little is kept.

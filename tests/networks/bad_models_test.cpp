@@ -98,6 +98,8 @@ TEST_F(BadModels, OptionsOutOfRangeAreRefused) {
   options = {};
   options.input_size = {640, 0};
   refused(options, "input_size 640x0");
+  options.input_size = {0, 640};
+  refused(options, "input_size 0x640");
   options.input_size = {16384, 16384};
   refused(options, "at most 16777216 pixels");
   options.input_size = {128, 64};

@@ -266,22 +266,25 @@ TEST(YoloDecoder, ReadsEveryOutputLayout) {
 
 TEST(YoloDecoder, ReadsDetectorsWithoutPrototypes) {
   std::mt19937 random(5);
-  const RawHeads heads = random_heads(random, 7);
-  std::vector<Detection> want = decoded(heads.outputs());
-  ASSERT_GT(want.size(), 3U);
-  for (Detection& one : want) one.coefficients.clear();
-  const cv::Mat all = decoded_output(heads);
-  const cv::Mat boxes = all(std::vector<cv::Range>{{0, 1}, {0, 4 + 7}, {0, anchors}}).clone();
-  const std::vector<std::vector<NamedTensor>> arrangements = {
-      {{"o", boxes}},
-      {{"o", turned(boxes)}},
-      {{"b", heads.boxes}, {"s", heads.classes}},
-      {{"s", turned(heads.classes)}, {"b", turned(heads.boxes)}},
-  };
-  for (const std::vector<NamedTensor>& outputs : arrangements) {
-    SCOPED_TRACE(detail::shapes_text(outputs));
-    expect_same(decoded(outputs), want);
-    EXPECT_EQ(bind_yolo(outputs, input).prototypes.count, 0);
+  for (const int classes : {7, 81}) {  // YOLOX has 85 columns, too
+    const RawHeads heads = random_heads(random, classes);
+    std::vector<Detection> want = decoded(heads.outputs());
+    ASSERT_GT(want.size(), 3U);
+    for (Detection& one : want) one.coefficients.clear();
+    const cv::Mat all = decoded_output(heads);
+    const cv::Mat boxes =
+        all(std::vector<cv::Range>{{0, 1}, {0, 4 + classes}, {0, anchors}}).clone();
+    const std::vector<std::vector<NamedTensor>> arrangements = {
+        {{"o", boxes}},
+        {{"o", turned(boxes)}},
+        {{"b", heads.boxes}, {"s", heads.classes}},
+        {{"s", turned(heads.classes)}, {"b", turned(heads.boxes)}},
+    };
+    for (const std::vector<NamedTensor>& outputs : arrangements) {
+      SCOPED_TRACE(detail::shapes_text(outputs));
+      expect_same(decoded(outputs), want);
+      EXPECT_EQ(bind_yolo(outputs, input).prototypes.count, 0);
+    }
   }
 }
 
