@@ -143,8 +143,8 @@ def test_frames_without_keypoints_pass_as_opencv_gives_them(scene):
     for points in ((), [], np.empty((0, 2), np.float32), np.empty(0), None):
         labels = dynfilter.DynamicFilter().apply(scene.frame(), scene.segmentation(), points)
         assert len(labels) == 0
-        kept, descriptors = dynfilter.keep_static(labels, points, None)
-        assert len(kept) == 0 and descriptors is None
+        kept, again, descriptors = dynfilter.keep_static(labels, points, points, None)
+        assert descriptors is None and (kept is again is None or len(kept) == len(again) == 0)
     labels = dynfilter.DynamicFilter().apply(scene.frame(), scene.segmentation(), scene.points)
     with pytest.raises(ValueError, match="NoneType"):
         dynfilter.keep_static(labels, scene.points, None)
