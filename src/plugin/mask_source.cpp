@@ -176,9 +176,9 @@ class InThread final : public MaskSource {
   std::exception_ptr failure_;  // of the frame that failed
 };
 
-/// Makes the segmenter of settings without a folder, and notes the network's class of persons.
+/// Makes the segmenter of settings without a folder, and takes the network's class of persons.
 std::unique_ptr<Segmenter> make_segmenter([[maybe_unused]] const PluginSettings& settings,
-                                          [[maybe_unused]] std::optional<int>& person_class) {
+                                          [[maybe_unused]] std::vector<int>& dynamic_classes) {
 #ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
   if (!settings.remote.empty()) {
     RemoteSegmenterOptions options;
@@ -191,7 +191,8 @@ std::unique_ptr<Segmenter> make_segmenter([[maybe_unused]] const PluginSettings&
     NetworkOptions options;
     options.device = settings.device;
     auto network = std::make_unique<NetworkSegmenter>(settings.model, options);
-    person_class = network->class_id("person");
+    const std::optional<int> person = network->class_id("person");
+    if (person && !settings.names_classes) dynamic_classes = {*person};
     return network;
   }
 #endif
@@ -199,13 +200,13 @@ std::unique_ptr<Segmenter> make_segmenter([[maybe_unused]] const PluginSettings&
 }
 
 std::unique_ptr<MaskSource> make_source(const PluginSettings& settings, bool may_be_missing,
-                                        std::optional<int>& person_class) {
+                                        std::vector<int>& dynamic_classes) {
   if (!settings.mask_folder.empty()) {
     MaskFolderOptions options = settings.mask_folder_options;
     options.allow_missing = may_be_missing;
     return std::make_unique<ReadAhead>(settings.mask_folder, options);
   }
-  std::unique_ptr<Segmenter> segmenter = make_segmenter(settings, person_class);
+  std::unique_ptr<Segmenter> segmenter = make_segmenter(settings, dynamic_classes);
   if (!settings.hand_over) return std::make_unique<OnDemand>(std::move(segmenter));
   AsyncSegmenterOptions options;
   options.hand_over = *settings.hand_over;
@@ -216,7 +217,7 @@ std::unique_ptr<MaskSource> make_source(const PluginSettings& settings, bool may
 bool would_do_without(const PluginSettings& settings) {
   if (settings.mask_folder.empty()) return false;
   try {
-    std::optional<int> unused;
+    std::vector<int> unused;
     return make_source(settings, true, unused) != nullptr;
   } catch (const std::runtime_error&) {
     return false;
@@ -237,9 +238,10 @@ std::string remedy_of(const PluginSettings& settings) {
 PluginMasks::PluginMasks(const PluginSettings& settings)
     : origin_(settings.place_of(settings.source()) + ": "),
       remedy_(remedy_of(settings)),
-      continues_without_masks_(settings.missing_masks == "keep") {
+      continues_without_masks_(settings.missing_masks == "keep"),
+      dynamic_classes_(settings.filter.mask_culler.dynamic_classes) {
   try {
-    source_ = make_source(settings, continues_without_masks_, person_class_);
+    source_ = make_source(settings, continues_without_masks_, dynamic_classes_);
   } catch (const std::invalid_argument& error) {  // names an option of the segmenter's
     throw std::runtime_error(origin_ + without_component(error.what()));
   } catch (const std::runtime_error& error) {
@@ -247,7 +249,7 @@ PluginMasks::PluginMasks(const PluginSettings& settings)
     throw std::runtime_error(origin_ + error.what() + (helps ? remedy_ : ""));
   }
   if (settings.moves_masks) propagator_.emplace();
-  if (settings.motion_camera) carrier_.emplace(settings.filter.mask_culler.dynamic_classes);
+  if (settings.motion_camera) carrier_.emplace(dynamic_classes_);
 }
 
 void PluginMasks::submit(const FrameView& frame) {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "dynfilter/segmenters/mask_carrier.hpp"
 #include "dynfilter/segmenters/mask_propagator.hpp"
@@ -39,8 +40,8 @@ class PluginMasks {
   /// fails.
   explicit PluginMasks(const PluginSettings& settings);
 
-  /// Returns the network's class of persons, by the names in its file; none if it names none.
-  std::optional<int> person_class() const { return person_class_; }
+  /// Returns the settings' classes, or the network's class of persons, unless they name classes.
+  const std::vector<int>& dynamic_classes() const { return dynamic_classes_; }
 
   /// Returns the values of masks without a table, for the checks of the input.
   std::vector<int> mask_values() const { return source_->mask_values(); }
@@ -60,7 +61,7 @@ class PluginMasks {
   std::string origin_;  // the settings file and the masks' key, for errors
   std::string remedy_;  // the settings that help against missing masks, in brackets
   bool continues_without_masks_;
-  std::optional<int> person_class_;
+  std::vector<int> dynamic_classes_;
   std::unique_ptr<MaskSource> source_;
   std::optional<MaskPropagator> propagator_;
   std::optional<MaskCarrier> carrier_;

@@ -42,10 +42,9 @@ struct Plugin::State {
     if (masks) observers.note_mask_values(masks->mask_values());
   }
 
-  /// Takes the network's class of persons, unless the settings name classes.
+  /// Takes the masks' dynamic classes.
   detail::PluginSettings with_classes(detail::PluginSettings from) const {
-    const bool is_known = masks && !from.names_classes && masks->person_class();
-    if (is_known) from.filter.mask_culler.dynamic_classes = {*masks->person_class()};
+    if (masks) from.filter.mask_culler.dynamic_classes = masks->dynamic_classes();
     return from;
   }
 
