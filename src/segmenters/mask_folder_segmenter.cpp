@@ -41,7 +41,7 @@ struct TableRow {
 };
 
 constexpr std::size_t mask_time_column = 8;
-constexpr double same_time_s = 0.001;  // A larger one gives a frame's rows to its neighbour's mask.
+constexpr double same_time_s = 0.001;  // A larger one gives a frame its neighbour's mask and rows.
 
 TableRow read_row(const detail::TableReader& table, bool has_mask_time) {
   table.require_columns(
@@ -117,6 +117,12 @@ std::vector<fs::path> mask_files(const fs::path& folder, bool may_be_empty) {
   detail::throw_file_error(folder, "holds no mask; want <time>.png files directly in it" + found);
 }
 
+/// Returns the name of a mask's frame: the file's, if a frame is called so.
+std::string frame_of(const fs::path& mask, const std::map<std::string, double>& frame_times) {
+  const std::string whole = mask.stem().string();
+  return frame_times.count(whole) > 0 ? whole : detail::frame_stem(mask);
+}
+
 /// Scales a box from a mask to its frame.
 cv::Rect scaled(const cv::Rect& box, cv::Size mask, cv::Size frame) {
   constexpr double least = std::numeric_limits<int>::min(), most = std::numeric_limits<int>::max();
@@ -178,7 +184,7 @@ void MaskFolderSegmenter::index_masks() {
   std::vector<std::string> unknown;  // names that are no frame's
   for (const fs::path& file : mask_files(folder_, options_.allow_missing)) {
     detail::require_regular_file(file);
-    const std::string stem = detail::frame_stem(file.filename());
+    const std::string stem = frame_of(file, options_.frame_times);
     const std::optional<double> time_s = time_of(stem);
     if (!time_s) {
       detail::throw_file_error(
@@ -214,7 +220,8 @@ void MaskFolderSegmenter::read_table(const fs::path& path) {
   const bool has_mask_time = read_header(table);
   while (table.next()) {
     const TableRow row = read_row(table, has_mask_time);
-    const std::optional<double> time_s = time_of(detail::frame_stem(table.text(0) + ".png"));
+    const std::optional<double> time_s =
+        time_of(frame_of(table.text(0) + ".png", options_.frame_times));
     if (!time_s) table.fail("frame: got '" + table.text(0) + "'; want a time in seconds");
     const auto mask = nearest(*time_s);
     if (!is_near(mask, *time_s, same_time_s)) {
@@ -301,9 +308,10 @@ Segmentation MaskFolderSegmenter::read(const FrameView& frame) const {
                                        "; hand over the image, too, or give both its size");
   }
   pixels = detail::fitted(pixels, result.image_size, file, "the frame", detail::if_letterboxed);
-  const std::optional<double>& own_time_s = mask->second.time_s;
-  if (own_time_s && !is_near(mask, *own_time_s, same_time_s)) {
-    result.timestamp_s = *own_time_s;
+  const double made_s = mask->second.time_s.value_or(static_cast<double>(mask->first) / 1e6);
+  const std::int64_t age = detail::microseconds(frame.timestamp_s) - detail::microseconds(made_s);
+  if (std::abs(age) > detail::microseconds(same_time_s)) {
+    result.timestamp_s = made_s;
     result.frame_id = unknown_frame;
   }
   try {

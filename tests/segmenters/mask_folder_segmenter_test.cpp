@@ -171,6 +171,8 @@ TEST(MaskFolderSegmenter, ReadsMasksOfOtherTools) {
       {"1500000000500000000.png", mask},  // nanoseconds
       {"000007.png", mask},               // by the name of the frame
       {"left 7.png", mask},
+      {"left_mask.png", mask},
+      {"img.jpg.png", mask},
       {"1.5.png", larger},
       {"1.5.png", merged({mask, mask, mask})},
       {"1.5.png", merged({mask, mask, mask, all})},
@@ -185,7 +187,7 @@ TEST(MaskFolderSegmenter, ReadsMasksOfOtherTools) {
     cv::imencode(".png", c.image, bytes);
     folder.write(c.name, std::string(bytes.begin(), bytes.end()));
     MaskFolderOptions options;
-    options.frame_times = {{"000007", 1.5}, {"left 7", 1.5}};
+    options.frame_times = {{"000007", 1.5}, {"left 7", 1.5}, {"left_mask", 1.5}, {"img.jpg", 1.5}};
     MaskFolderSegmenter people(folder.path(), options);
     const double time_s = c.name[1] == '5' ? 1500000000.5 : 1.5;
     const Segmentation result = people.segment(frame_at(time_s, {8, 6}));

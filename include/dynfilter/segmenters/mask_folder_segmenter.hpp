@@ -18,7 +18,8 @@ namespace dynfilter {
 
 /// Options of MaskFolderSegmenter.
 struct MaskFolderOptions {
-  /// Largest difference in time between a frame and its mask, seconds.
+  /// Largest difference in time between a frame and its mask, seconds. A mask that is more than
+  /// 0.001 s away was made of another image.
   double max_time_difference_s = 0.001;
   /// Margin of the box around the object, pixels. The detector's box is not known, and edge
   /// features lie outside the mask. On TUM fr3 a person's depth edge lies within 14 px of a
