@@ -3,6 +3,8 @@
 
 #include "dynfilter/segmenters/async_segmenter.hpp"
 
+#include <pthread.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -11,6 +13,7 @@
 #include <exception>
 #include <iterator>
 #include <mutex>
+#include <new>
 #include <shared_mutex>
 #include <stdexcept>
 #include <thread>
@@ -47,28 +50,44 @@ void own_masks(Segmentation& masks) {
   }
 }
 
-/// Each inference holds it; the end of the process takes it, because hosts often end without
-/// destroying their tracker, and OpenCV's static objects are destroyed while an inference uses
-/// them. It is never destroyed itself.
-std::shared_timed_mutex& inferences() {
-  static std::shared_timed_mutex& mutex = *new std::shared_timed_mutex;
-  return mutex;
+/// The inferences of this process. Each one shares the mutex; the end of the process takes it,
+/// because hosts often end without destroying their tracker, and OpenCV's static objects are
+/// destroyed while an inference uses them.
+struct Inferences {
+  std::shared_timed_mutex running;
+  std::once_flag first_has_ended;
+};
+
+/// Returns what is never destroyed. A child of fork() makes it anew, for threads of its own.
+Inferences& inferences() {
+  static Inferences& all = *new Inferences;
+  return all;
 }
 
 /// Lets the end of the process wait for the running inference, and start no other. Static objects
 /// that exist now are destroyed after that. A longer wait delays a process that ends within an
 /// inference.
 void wait_at_exit() {
-  static const detail::HomeProcess home;
-  static const int registered = std::atexit([] {
-    if (home.is_here()) static_cast<void>(inferences().try_lock_for(std::chrono::seconds(10)));
+  std::atexit([] {
+    static bool has_waited = false;
+    if (std::exchange(has_waited, true)) return;
+    static_cast<void>(inferences().running.try_lock_for(std::chrono::seconds(10)));
   });
-  static_cast<void>(registered);
+}
+
+/// Lets the end of this process and of its children wait, from their first inferences on.
+void expect_inferences() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    inferences();
+    wait_at_exit();
+    pthread_atfork(nullptr, nullptr, [] { new (&inferences()) Inferences; });
+  });
 }
 
 Outcome infer(Segmenter& segmenter, const FrameView& frame) {
   using Clock = std::chrono::steady_clock;
-  const std::shared_lock running(inferences(), std::try_to_lock);
+  const std::shared_lock running(inferences().running, std::try_to_lock);
   const Clock::time_point start = Clock::now();
   Outcome outcome;
   try {
@@ -79,7 +98,8 @@ Outcome infer(Segmenter& segmenter, const FrameView& frame) {
     outcome.failure = std::current_exception();
   }
   outcome.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-  wait_at_exit();
+  // Objects that the first one made are needed by the next ones, too.
+  std::call_once(inferences().first_has_ended, wait_at_exit);
   return outcome;
 }
 
@@ -104,6 +124,7 @@ class AsyncSegmenter::Worker {
  public:
   Worker(std::unique_ptr<Segmenter> segmenter, const AsyncSegmenterOptions& options)
       : segmenter_(std::move(segmenter)), options_(options) {
+    expect_inferences();
     thread_ = std::thread([this] { work(); });
   }
   ~Worker() {

@@ -252,6 +252,21 @@ TEST(AsyncSegmenterDeathTest, EndsBeforeStaticObjectsThatItUses) {
       ::testing::ExitedWithCode(0), "");
 }
 
+/// The first inference of a child is waited for, too.
+TEST(AsyncSegmenter, EndsAfterTheFirstInferenceOfAChild) {
+  Async(options_of(HandOver::wait)).submit_and_await(1);
+  EXPECT_EQ(exit_code_of_child([] {
+              static auto* const leaked = new Async(options_of(HandOver::wait), [](auto&, auto&) {
+                std::this_thread::sleep_for(std::chrono::milliseconds(50));
+                std::_Exit(5);
+              });
+              leaked->gate->open_for_good();
+              leaked->submit_and_await(1);
+              return 1;
+            }),
+            5);
+}
+
 // --- Errors of the network and of the caller -----------------------------------------------------
 
 TEST(AsyncSegmenter, RethrowsAnErrorOfTheNetworkOnce) {
