@@ -131,7 +131,7 @@ struct MaskPropagator::State {
 
   /// Takes a result, unless it is the last one again, too old, or of the future.
   void take_if_new(const FrameView& frame, const Segmentation& result) {
-    if (last_result && result.frame_id == last_result->frame_id &&
+    if (last_result && result.timestamp_s && result.frame_id == last_result->frame_id &&
         result.timestamp_s == last_result->timestamp_s) {
       return;
     }
@@ -144,8 +144,13 @@ struct MaskPropagator::State {
   }
 
   /// Finds a result's place: by its time; by its id, if the host numbers its frames; otherwise at
-  /// the next frame after its time. One without a time that its id does not tell has none.
+  /// the next frame after its time. One without a time is that of the newest frame, if that has its
+  /// id; where no id tells its frame, it has no place.
   ResultPlace place_of(const Segmentation& result) const {
+    const auto newest = std::prev(steps.end());
+    if (!result.timestamp_s && result.frame_id == newest->frame_id) {
+      return {newest->timestamp_s, newest};
+    }
     const double time_s = result.timestamp_s.value_or(-std::numeric_limits<double>::infinity());
     const auto find = [&](const auto& is_own) {
       return std::find_if(steps.begin(), steps.end(), is_own);

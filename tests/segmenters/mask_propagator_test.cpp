@@ -148,6 +148,13 @@ TEST(MaskPropagator, MatchesResultsByTimeOrFrameId) {
     ASSERT_TRUE(moved);
     EXPECT_EQ(moved->instances.at(0).mask_origin, object.mask_origin + cv::Point(16, 0));
   }
+  MaskPropagator propagator;
+  for (const int i : {0, 1}) {  // neither numbers nor times
+    FrameView frame = pan.frame(i);
+    frame.id = 0;
+    const Segmentation own{0, {}, scene_size, {ring({100 + 50 * i, 120}, 40)}};
+    EXPECT_EQ(propagator.propagate(frame, own).value().instances.at(0).mask_origin.x, 60 + 50 * i);
+  }
 }
 
 TEST(MaskPropagator, IgnoresOutdatedAndFutureResults) {
