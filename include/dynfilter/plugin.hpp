@@ -31,7 +31,8 @@ struct PluginCounters {
   std::size_t never_filtered = 0;
   std::size_t never_submitted = 0;  ///< calls of filter() without a submitted image of that time
   std::size_t without_masks = 0;    ///< calls of filter() while no masks were known
-  /// Masks that could not be obtained while missing_masks is "keep".
+  /// Masks that could not be obtained while missing_masks is "keep". Those that a folder lacks
+  /// count in without_masks alone.
   std::size_t mask_failures = 0;
   std::size_t starved = 0;  ///< frames that the filter left with fewer features than the floor
   /// Frames in which rule depth kept the least certain features, because few were left.

@@ -115,10 +115,11 @@ void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& 
   if (any_names_ && !known_s)
     detail::throw_misuse(name, "'" + stem + "' without a time", "that of the masks or the frame");
   const std::optional<double> time_s = any_names_ ? known_s : detail::time_of_name(stem);
-  if (!time_s || stem.find_first_of(",\"/") != std::string::npos || detail::has_control(stem)) {
-    detail::throw_misuse(
-        name, "the stem '" + stem + "'",
-        any_names_ ? "no comma, quote, slash or control character" : "a time in seconds");
+  if (!time_s || stem.empty() || stem.find_first_of(",\"/") != std::string::npos ||
+      detail::has_control(stem)) {
+    detail::throw_misuse(name, "the stem '" + stem + "'",
+                         any_names_ ? "a name without comma, quote, slash and control character"
+                                    : "a time in seconds");
   }
   const double frame_time_s = known_s.value_or(*time_s);
   if (!is_found(*time_s, frame_time_s)) {

@@ -171,6 +171,7 @@ TEST(MaskFolderWriter, WritesAnyNameOnce) {
   MaskFolderWriter writer(folder.path(), options);
   Segmentation segmentation = nobody_at(0);
   writer.add(segmentation, "a", 0);
+  expect_misuse([&] { writer.add(segmentation, "", 1); }, "the stem ''; want a name without");
   expect_misuse([&] { writer.add(segmentation, "a", 1); }, "'a', of time 1.000000, a second time");
   expect_misuse([&] { writer.add(segmentation, "b", 0); }, "'b', of time 0.000000, a second time");
   segmentation.timestamp_s.reset();
