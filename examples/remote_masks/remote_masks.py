@@ -81,6 +81,8 @@ def answer(segmenter, parts):
         image = np.frombuffer(bytearray(parts[1]), np.uint8)
         image = image.reshape(shape if header["channels"] == 1 else (*shape, 3))
         rows, masks = encode(shape, **segmenter.segment(image))
+        if len(masks) > 64 << 20:
+            raise ValueError(f"masks of {len(masks)} bytes; a host takes {64 << 20}")
         return [json.dumps({"request": request, "instances": rows}, allow_nan=False).encode(), masks]
     except (Exception, SystemExit) as problem:
         traceback.print_exc()

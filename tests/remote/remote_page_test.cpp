@@ -28,7 +28,8 @@ class Network(remote_masks.Segmenter):
                 lambda: dict(masks=half, track_ids=np.int64([4, 5])), lambda: {}, lambda: None,
                 lambda: dict(masks=[np.ones((3, 3))]), lambda: dict(boxes=[[1, 2, 3]]),
                 lambda: dict(boxes=[[1, 2, 3, float('nan')]]), lambda: dict(boxes=[], scores=[1]),
-                lambda: 1 / 0, lambda: sys.exit('no memory'), lambda: dict(boxes=[[9, 2, 3, 4]])]
+                lambda: 1 / 0, lambda: sys.exit('no memory'), lambda: dict(boxes=[[9, 2, 3, 4]]),
+                lambda: dict(masks=[np.eye(*image.shape[:2], dtype=bool)] * 3)]
         what = image.flat[0] if image.ndim == 3 else 255
         return does[what]() if what < len(does) else super().segment(image)
 )";
@@ -42,9 +43,9 @@ class RemotePage : public ::testing::Test {
 
   const RemoteSegmenterOptions until_python_listens{120, 0.01};
 
-  std::vector<Instance> found(int first_pixel, int type = CV_8UC3) {
+  std::vector<Instance> found(int first_pixel, int type = CV_8UC3, cv::Size size = {30, 20}) {
     FrameView frame;
-    frame.image = cv::Mat(20, 30, type, cv::Scalar::all(first_pixel));
+    frame.image = cv::Mat(size, type, cv::Scalar::all(first_pixel));
     return people->segment(frame).instances;
   }
 
@@ -76,6 +77,7 @@ TEST_F(RemotePage, ServesWhateverTheNetworkDoes) {
     EXPECT_EQ(box.box, cv::Rect(1, 2, 9, 6)) << "the smallest of whole pixels";
     EXPECT_TRUE(box.mask.empty() && box.class_id == 56 && box.score == 0.5F);
   }
+  expect_failure([&] { found(11, CV_8UC3, {4800, 4800}); }, "masks of 69120000 bytes");
   const std::vector<Instance> masks = found(1);
   EXPECT_TRUE(masks.at(0).mask.empty() && masks[0].track_id == 4 && masks[1].score == 1);
   EXPECT_EQ(masks.at(1).box, cv::Rect(2, 3, 6, 2));

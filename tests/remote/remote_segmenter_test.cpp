@@ -102,8 +102,8 @@ TEST_F(RemoteSegmenterTest, SendsTheFrameAndReturnsTheInstances) {
 
 TEST_F(RemoteSegmenterTest, RefusesMisuse) {
   const std::string longest = "/" + std::string(106, 'a');
-  const std::string addresses[] = {"", "ipc://", "tcp://10.0.0.1:5", "tcp://127.0.0.1:abc",
-                                   "x://y"};
+  const std::string addresses[] = {
+      "", "ipc://", "tcp://10.0.0.1:5", "tcp://127.0.0.1:abc", "tcp://127.0.0.1:65536", "x://y"};
   for (const std::string& address : addresses) {
     expect_misuse([&] { RemoteSegmenter{address}; }, "'" + address + "'; want");
   }
@@ -176,7 +176,7 @@ TEST_F(RemoteSegmenterTest, RefusesLiesAndServesTheNextFrame) {
   const std::pair<const char*, std::function<Reply(std::uint64_t)>> table[] = {
       {"to another request than", [](auto request) { return reply(request - 1, {}); }},
       {"malformed reply: 2 parts; want 3", [](auto) { return Reply{"{}"}; }},
-      {"closed the connection",
+      {"closed the connection, or sent more than 64 MiB",
        [](auto) {
          return Reply{std::string((64 << 20) + 1, ' '), ""};
        }},
