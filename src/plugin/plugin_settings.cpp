@@ -288,12 +288,13 @@ void read_recording(Keys& keys, PluginSettings& settings) {
 void require_use_of_all(const Keys& keys, const PluginSettings& settings) {
   const bool has_folder = !settings.mask_folder.empty();
   const bool waits = settings.hand_over.value_or(HandOver::wait) == HandOver::wait;
-  const bool is_by_depth = settings.filter.compensator.rule == CompensationRule::depth;
+  const CompensationRule rule = settings.filter.compensator.rule;
   const bool is_recorded = settings.overlay_every == 0 || !settings.output_folder.empty();
   keys.require_use("device", !settings.model.empty(), "model");
   keys.require_use("max_time_difference_s", has_folder, "mask_folder");
   keys.require_use("async", !has_folder || waits, "remote or model");
-  keys.require_use("half_width_m", is_by_depth, "rule: \"depth\"");
+  keys.require_use("half_width_m", rule == CompensationRule::depth, "rule: \"depth\"");
+  keys.require_use("min_depth_m", rule != CompensationRule::mask, "rule: \"depth\" or \"paper\"");
   keys.require_use("overlay_every", is_recorded, "output_folder");
 }
 

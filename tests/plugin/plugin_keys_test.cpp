@@ -37,7 +37,7 @@ TEST_F(PluginKeys, ArriveInTheFilter) {
       "dynfilter.missing_masks: \"keep\"\ndynfilter.dynamic_classes: [ 0, 16 ]\n"
       "dynfilter.margin_px: 2\ndynfilter.static_mask: \"" +
       path("robot.pgm").string() +
-      "\"\ndynfilter.floor: 100\ndynfilter.motion: 0\ndynfilter.min_depth_m: 0.5\n"
+      "\"\ndynfilter.floor: 100\ndynfilter.motion: 0\n"
       "dynfilter.propagate: \"no\"\ndynfilter.colour_order: \"rgb\"\ndynfilter.output_folder: \"" +
       path("all").string() + "\"\ndynfilter.overlay_every: 2\n";
   DynamicFilterOptions options;
@@ -126,6 +126,7 @@ TEST_F(PluginKeys, AreRefusedWhereTheyWouldBeIgnored) {
       {"overlay_every: 30", "overlay_every: got 30, but no output_folder; want both, or neither"},
       {"async: \"latest\"", "async: got \"latest\", but no remote or model"},
       {"rule: \"paper\"\ndynfilter.half_width_m: 1", "got 1, but no rule: \"depth\""},
+      {"rule: \"mask\"\ndynfilter.min_depth_m: 1", "min_depth_m: got 1, but no rule: "},
       {"device: \"cuda\"", "dynfilter.device: got \"cuda\", but no model"},
   };
   for (const auto& [line, message] : useless) {
