@@ -29,12 +29,11 @@ class FrameFilter {
   /// Makes the filter. Throws std::runtime_error that names the settings file for an option that is
   /// refused.
   explicit FrameFilter(const PluginSettings& settings) try
-      : filter_(
-            MaskCuller(settings.filter.mask_culler), Compensator(settings.filter.compensator),
-            [this](const FilterInput& input, FeatureLabels& labels) {
-              judge_motion(input, labels);
-            },
-            FeatureFloor(settings.filter.feature_floor)),
+      : filter_(MaskCuller(settings.filter.mask_culler), Compensator(settings.filter.compensator),
+                [this](const FilterInput& input, FeatureLabels& labels) {
+                  judge_motion(input, labels);
+                }),
+        floor_(settings.filter.feature_floor),
         pair_depths_(settings),
         helps_maps_(settings.orb_features > 0) {
 #ifdef DYNFILTER_HAS_MOTION
@@ -42,6 +41,7 @@ class FrameFilter {
       judge_.emplace(*settings.motion_camera, MotionJudgeOptions(),
                      settings.filter.compensator.depth.stale_age_s);
     }
+    asks_for_motion_ = settings.asks_for_motion;
 #endif
   } catch (const std::invalid_argument& error) {
     throw std::runtime_error(settings.file + ": " + without_component(error.what()));
@@ -68,6 +68,9 @@ class FrameFilter {
     answer.has_measured_depth = !frame.depth.empty() || columns.right_x != nullptr;
     if (helps_maps_ && answer.has_measured_depth) map_start_.keep_for_map(answer.labels);
     keep_at_least_one(answer.labels);
+    FrameStatistics& statistics = answer.labels.statistics();
+    statistics.starved = statistics.kept() < floor_;
+    statistics.suggested_features = statistics.starved ? suggested_features(statistics, floor_) : 0;
     last_s_ = frame.timestamp_s;
   }
 
@@ -86,8 +89,12 @@ class FrameFilter {
   void judge_motion([[maybe_unused]] const FilterInput& input,
                     [[maybe_unused]] FeatureLabels& labels) {
 #ifdef DYNFILTER_HAS_MOTION
-    const bool is_new = last_s_ != input.frame.timestamp_s && !input.frame.depth.empty();
-    if (judge_ && is_new) (*judge_)(input, labels, workspace_);
+    if (!judge_ || last_s_ == input.frame.timestamp_s) return;
+    if (!input.frame.depth.empty()) {
+      (*judge_)(input, labels, workspace_);
+    } else if (asks_for_motion_) {
+      labels.statistics().motion.outcome = MotionOutcome::too_few_tracks;  // none has depth
+    }
 #endif
   }
 
@@ -102,9 +109,11 @@ class FrameFilter {
 
   using Stage = std::function<void(const FilterInput&, FeatureLabels&)>;
 
-  Pipeline<MaskCuller, Compensator, Stage, FeatureFloor> filter_;
+  Pipeline<MaskCuller, Compensator, Stage> filter_;
+  std::size_t floor_;
 #ifdef DYNFILTER_HAS_MOTION
   std::optional<MotionJudge> judge_;  // if motion is switched on
+  bool asks_for_motion_ = false;
 #endif
   PairDepths pair_depths_;
   bool helps_maps_;

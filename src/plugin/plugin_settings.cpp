@@ -253,17 +253,17 @@ std::size_t read_features(const Keys& keys) {
 void read_motion(Keys& keys, PluginSettings& settings) {
   const bool is_possible = settings.filter.compensator.rule == CompensationRule::depth &&
                            settings.depth_units_per_metre > 0;
-  const bool is_asked_for = keys.host.has(keys.name("motion"));
+  settings.asks_for_motion = keys.host.has(keys.name("motion"));
   if (!keys.flag("motion", is_possible)) return;
 #ifndef DYNFILTER_HAS_MOTION
-  if (!is_asked_for) return;
+  if (!settings.asks_for_motion) return;
   keys.refuse("motion", "1, but this dynfilter was built without motion",
               "one built with -DDYNFILTER_BUILD_MOTION=ON");
 #endif
   try {
     settings.motion_camera = read_camera(keys);
   } catch (const std::runtime_error&) {
-    if (is_asked_for) throw;
+    if (settings.asks_for_motion) throw;
     return;
   }
   if (settings.orb_features == 0) return;

@@ -33,6 +33,7 @@ struct PluginSettings {
   double min_depth_m = 0.8;             ///< nearest depth of a pair that is looked for
   DynamicFilterOptions filter;
   std::optional<Camera> motion_camera;  ///< the host's; none: motion is not judged
+  bool asks_for_motion = false;         ///< motion is in the file
   std::string output_folder;            ///< for frames.csv and overlays; empty: none
   int overlay_every = 0;                ///< draw every n-th frame; 0: none
   double depth_units_per_metre = 0;     ///< DepthMapFactor; 0: not in the file

@@ -204,6 +204,10 @@ TEST_F(PluginMotion, SaysThatItNeedsTheImage) {
       plugin.filter(1, cv::Mat1f(40, 40, 1.0F), keypoints, descriptors);
   EXPECT_EQ(statistics.motion.outcome, MotionOutcome::no_image);
   EXPECT_EQ(keypoints.size(), 3U);
+  ::testing::internal::CaptureStderr();
+  for (int i = 2; i < 40; ++i) plugin.filter(i, keypoints, descriptors);
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("It needs a depth image with each frame"), std::string::npos) << said;
 }
 
 TEST_F(PluginMotion, IsOffWhereItCannotBeUnlessAskedFor) {
