@@ -69,17 +69,18 @@ class OtherMasks final : public Segmenter {
   enum class Form { one_instance, thousands, colours };
 
   OtherMasks(fs::path path, const Times& times) : path_(std::move(path)), times_(times) {
-    for (const auto& [stem, time_s] : times) {  // COCO knows images by their numbers, too
+    for (const auto& [stem, time_s] : times) {
       const bool is_number = stem.find_first_not_of("0123456789") == std::string::npos;
       const std::size_t zeros = std::min(stem.find_first_not_of('0'), stem.size() - 1);
-      if (is_number && zeros > 0) times_.emplace(stem.substr(zeros), time_s);
+      if (is_number) numbers_.emplace(stem.substr(zeros), time_s);
     }
   }
 
-  /// Adds the objects of an image, if it is a frame's.
+  /// Adds the objects of an image, if it is a frame's. COCO knows images by their numbers, too.
   void add(const std::string& image, std::vector<Outline> outlines) {
-    const auto frame = times_.find(image);
-    if (frame == times_.end()) return;
+    const Times& names = times_.count(image) > 0 ? times_ : numbers_;
+    const auto frame = names.find(image);
+    if (frame == names.end()) return;
     for (const Outline& outline : outlines) classes_[outline.label];
     auto& all = frames_[detail::microseconds(frame->second)].outlines;
     std::move(outlines.begin(), outlines.end(), std::back_inserter(all));
@@ -125,12 +126,13 @@ class OtherMasks final : public Segmenter {
     std::vector<fs::path> files;
   };
 
-  /// Returns the frame that a mask file is one of several of: that of its name, of its folder, or
-  /// the longest with which the name begins, before a sign.
+  /// Returns the frame that a mask file is one of several of: that of the folder that it lies in,
+  /// of its name, or the longest with which the name begins, before a sign.
   Times::const_iterator frame_of(const fs::path& file) const {
     std::string name = detail::frame_stem(file.filename());
-    auto found = times_.find(name);
-    if (found == times_.end()) found = times_.find(file.parent_path().filename().string());
+    const fs::path folder = file.parent_path();
+    auto found = folder == path_ ? times_.end() : times_.find(folder.filename().string());
+    if (found == times_.end()) found = times_.find(name);
     for (std::size_t end;
          found == times_.end() && (end = name.find_last_of("_-. ")) != std::string::npos;) {
       name.resize(end);
@@ -198,7 +200,7 @@ class OtherMasks final : public Segmenter {
   }
 
   fs::path path_;
-  Times times_;  // by the names of images
+  Times times_, numbers_;  // by the names of images; by their numbers without zeros
   Form form_ = Form::one_instance;
   Colours colours_;
   std::map<std::string, int> classes_;    // by label
@@ -298,7 +300,8 @@ void add_others(const fs::path& path, const Times& times, OtherMasks& masks) {
 
 }  // namespace
 
-RecordedMasks open_masks(const fs::path& path, const Times& times, bool may_be_missing) {
+RecordedMasks open_masks(const fs::path& given, const Times& times, bool may_be_missing) {
+  const fs::path path = (given / "").parent_path();  // without a slash at the end
   auto others = std::make_unique<OtherMasks>(path, times);
   add_others(path, times, *others);
   if (others->is_empty()) {

@@ -244,7 +244,7 @@ TEST_F(OtherMasks, MayBeSeveralFilesAnImage) {
     for (const cv::Mat& mask : frame.masks) {
       const std::string number = std::to_string(k++);
       for (const std::string& file : {"flat/" + frame.stem + "_" + number + ".png",
-                                      "folders/" + frame.stem + "/" + number + ".png",
+                                      "folders/" + frame.stem + "/" + people()[k - 1].stem + ".png",
                                       "objects/" + number + "/" + frame.stem + ".png"}) {
         fs::create_directories((folder_ / file).parent_path());
         cv::imwrite((folder_ / file).string(), mask);
