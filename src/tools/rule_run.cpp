@@ -103,7 +103,6 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
   record_.depth_offset_s = source.facts().depth_offset_s;
   record_.masks = masks_name(rule, source, settings);
   record_.settings = settings;
-  record_.has_truth = settings.truth == Truth::by_motion || source.facts().has_true_masks;
 }
 
 /// Returns the masks that the rule works with.
@@ -131,6 +130,7 @@ const FrameStatistics& RuleRun::process(const SourceFrame& frame, ExtractedFeatu
   masks_alone_.apply(frame.frame, masks, features.keypoints, by_mask_, workspace_);
   const std::optional<Segmentation>& truth = dynamic_masks(frame, record_.settings.truth);
   if (truth) {
+    record_.has_truth = true;
     record.scores = score_features(features.keypoints, labels_, *truth, rim_px_);
     record.mask_only_scores = score_features(features.keypoints, by_mask_, *truth, rim_px_);
   }

@@ -141,6 +141,12 @@ TEST_F(Ablate, OmitsPerfectMasksWithoutTruth) {
                                   quoted(out("of recording")));
   EXPECT_FALSE(outcome.mentions("perfect ")) << outcome.printed;
   expect_refused("run " + quoted(recorded) + " --rule perfect", "masks_true");
+  fs::create_directories(out("of others"));
+  fs::copy(recorded / "masks/1.000000.png", out("of others") / "900.5.png");
+  expect_mentions(
+      succeed("ablate " + quoted(recorded) + " --masks " + quoted(out("of others")) +
+              " --missing-masks keep --degrade cut --rules mask --out " + quoted(out("of nobody"))),
+      "3 of 3 frames have no mask");
 }
 
 /// Returns a run over ten frames, of which `scene` were lost.
