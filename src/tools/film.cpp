@@ -58,6 +58,7 @@ class Film final : public FrameSource {
       facts_.masks_name = spec.masks.string();
     }
     clock_.start();
+    if (!Film::has(0)) detail::throw_file_error(name_, "OpenCV reads no frame of it");
   }
 
   bool has(std::size_t i) override {

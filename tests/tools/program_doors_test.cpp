@@ -4,6 +4,8 @@
 // What people bring, at each door of the program: it is right, or ends in the sentence that names
 // cause and cure, the same at each door. The rooms of the readers and of the checks try more forms.
 
+#include <opencv2/videoio.hpp>
+
 #include "support/test.hpp"
 #include "tools/changed_scene.hpp"
 #include "tools/program.hpp"
@@ -380,6 +382,14 @@ TEST(Doors, SayOfFilmsAndRecordingsWhatToDo) {
     }
   }
   expect_refused("run 998", "there is no such folder, film or camera");
+  const fs::path film = folder / "z.avi";
+  cv::VideoWriter writer(film.string(), cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 10,
+                         {320, 240});
+  writer.release();
+  for (const char door : std::string("rd")) {
+    expect_refused(command_of(door, film, "", folder / "out"),
+                   "z.avi: OpenCV reads no frame of it");
+  }
 }
 
 }  // namespace
