@@ -28,6 +28,7 @@ constexpr std::size_t camera_frames = 300;  // more let those wait longer who wa
 /// Returns why OpenCV cannot read a file, and what to do.
 std::string unreadable(const fs::path& file) {
   if (detail::is_image_name(file)) return "is an image: name its folder";
+  if (file.extension() == ".txt") return "is a list; want its folder";
   const std::string advice = detail::advice_for(file);
   return "OpenCV reads no film from it" +
          (advice.empty()
@@ -40,8 +41,9 @@ class Film final : public FrameSource {
   explicit Film(const SceneSpec& spec)
       : name_(spec.sequence), is_camera_(!fs::exists(spec.sequence)) {
     const std::string name = name_.string();
-    const bool is_open =
-        is_camera_ ? film_.open(std::stoi(name)) : !detail::is_image_name(name) && film_.open(name);
+    // FFmpeg would show a text as a film of letters.
+    const bool may_be_film = !detail::is_image_name(name) && name_.extension() != ".txt";
+    const bool is_open = is_camera_ ? film_.open(std::stoi(name)) : may_be_film && film_.open(name);
     if (!is_open) {
       detail::throw_file_error(
           name_, is_camera_ ? "there is no such folder, film or camera" : unreadable(name_));

@@ -372,9 +372,13 @@ TEST(Doors, SayOfOtherToolsFilesWhatIsWrong) {
 /// Files in place of folders.
 TEST(Doors, SayOfFilmsAndRecordingsWhatToDo) {
   const TemporaryFolder folder;
-  const std::pair<const char*, const char*> files[] = {
-      {"a.bag", "save_frames"}, {"a.mcap", "recording of ROS"},     {"a.db3", "recording of ROS"},
-      {"a.svo2", "svo_export"}, {"a.mp4", "reads no film from it"}, {"a1.jpg", "name its folder"}};
+  const std::pair<const char*, const char*> files[] = {{"a.bag", "save_frames"},
+                                                       {"a.mcap", "recording of ROS"},
+                                                       {"a.db3", "recording of ROS"},
+                                                       {"a.svo2", "svo_export"},
+                                                       {"a.mp4", "reads no film from it"},
+                                                       {"a1.jpg", "name its folder"},
+                                                       {"a.txt", "is a list; want its folder"}};
   for (const auto& [name, cure] : files) {
     const fs::path file = folder.write(name, "no film");
     for (const char door : std::string("radsl")) {
