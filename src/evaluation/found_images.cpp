@@ -13,6 +13,7 @@
 
 #include "evaluation/image_lists.hpp"
 #include "io/frame_names.hpp"
+#include "io/staged_folder.hpp"
 
 namespace dynfilter::detail {
 namespace {
@@ -69,6 +70,11 @@ bool is_smaller_copy(const fs::path& folder) {
   return (last == "_2" || last == "_4" || last == "_8") && fs::is_directory(name.substr(0, end));
 }
 
+/// Tells whether a folder holds the results of an earlier `dynfilter run`, `ablate` or `masks`.
+bool is_of_dynfilter(const fs::path& folder) {
+  return fs::exists(folder / list_name("run")) || fs::exists(folder / list_name("masks"));
+}
+
 FoundImages images_in(const fs::path& folder, Kind above, std::set<fs::path>& seen) {
   FoundImages found;
   if (!seen.insert(fs::canonical(folder)).second) return found;  // a link to a folder around it
@@ -82,7 +88,7 @@ FoundImages images_in(const fs::path& folder, Kind above, std::set<fs::path>& se
     if (first == '.' || first == '@' || kind == Kind::other) continue;
     if (kind == Kind::unknown) kind = above;
     if (is_folder) {
-      folders.emplace_back(path, kind);
+      if (!is_of_dynfilter(path)) folders.emplace_back(path, kind);
     } else if (is_image_name(path.string()) && entry.is_regular_file(broken)) {
       add_image(path, kind, found);
     } else if (kind == Kind::depth && !advice_for(path).empty()) {

@@ -46,7 +46,7 @@ struct FoundImages {
 
 /// Looks for images in a folder and, if it holds none in colour, in those inside. Images are told
 /// apart by the words in their names and in those of their folders, else by what they are. Leaves
-/// out hidden files and what is called masks, labels, confidence or the like.
+/// out hidden files, what is called masks, labels, confidence or the like, and earlier results.
 FoundImages find_images(const std::filesystem::path& folder);
 
 /// Returns images by the times in their names, or else as 30 a second.

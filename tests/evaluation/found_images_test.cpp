@@ -146,6 +146,13 @@ std::vector<Layout> layouts() {
       {"smaller copies", "c2:images/#.png c2:images_2/#.png c2:images_4/#.png", "images/0.png|",
        "images/1.png|", 2},
       {"a server's thumbs", "c2:a/#.jpg c:a/@eaDir/0.jpg/thumb.jpg", "a/0.jpg|", "a/1.jpg|", 2},
+      {"results of earlier runs",
+       "c2:a/#.jpg c2:dynfilter_out/overlays/#.png 82:people/#.png",
+       "a/0.jpg|",
+       "a/1.jpg|",
+       2,
+       "",
+       {{"dynfilter_out/.dynfilter-run.txt", ""}, {"people/.dynfilter-masks.txt", ""}}},
       {"KITTI, raw", "c2:image_02/data/##########.png c2:image_03/data/##########.png",
        "image_02/data/0000000000.png|", "image_02/data/0000000001.png|", 2},
   };
