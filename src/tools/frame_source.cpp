@@ -225,6 +225,7 @@ class Recording final : public FrameSource {
     if (const auto file = sequence_.groundtruth_file()) {
       TrajectoryFile read = read_trajectory_file(*file);
       add_note(trajectory_note(*file, read.flaws));
+      if (!read.has_times) return add_note(file->string() + ": has no times, and is not used");
       facts_.trajectory = std::move(read.trajectory);
     }
   }

@@ -191,6 +191,11 @@ TEST_F(ProgramRecordings, RunExplainsMissingErrors) {
   const Outcome huge = succeed(run_scene());
   expect_mentions(huge, "no ATE: ");
 
+  folder_.write("scene/groundtruth.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 1 0 1 0 0 0 0 1 0\n");
+  const Outcome untimed = succeed(run_scene());
+  expect_mentions(untimed, "groundtruth.txt: has no times, and is not used");
+  expect_mentions(untimed, "no errors: the true trajectory is unknown");
+
   fs::remove(truth());
   expect_mentions(run(run_scene()), "no errors: the true trajectory is unknown");
 }
