@@ -110,7 +110,9 @@ std::vector<ListedFrame> read_kitti(const fs::path& folder, const fs::path& imag
   TableReader table(folder / "times.txt");
   std::size_t i = 0;
   for (; table.next(); ++i) {
-    if (i < frames.size()) frames[i].image.time_s = table.time(0);
+    if (i >= frames.size()) continue;
+    frames[i].image.time_s = table.time(0);
+    frames[i].image.has_time = true;
   }
   if (i != frames.size() || frames.empty()) {
     throw_file_error(table.path(), concatenate("has ", i, " times for the ", frames.size(),
@@ -256,7 +258,7 @@ std::vector<ListedFrame> by_name(const std::vector<fs::path>& files, const fs::p
   for (std::size_t i = 0; i < files.size(); ++i) {
     const double time_s = times ? (*times)[i] : static_cast<double>(i) * frame_s;
     const std::string file = files[i].lexically_relative(folder).string();
-    frames.push_back({{time_s, file, files[i], folder, 0}, {}});
+    frames.push_back({{time_s, file, files[i], folder, 0, times.has_value()}, {}});
   }
   return frames;
 }

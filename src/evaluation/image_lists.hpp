@@ -19,6 +19,7 @@ struct ListedImage {
   std::filesystem::path path;
   std::filesystem::path list;  // or the folder, for an image that no list names
   std::size_t line = 0;        // 0: no list
+  bool has_time = true;        // false: it is made up
 };
 
 struct ListedFrame {

@@ -142,6 +142,7 @@ RgbdSequenceEntry entry_of(const ListedFrame& frame) {
   entry.depth_timestamp_s = frame.depth.file.empty() ? frame.image.time_s : frame.depth.time_s;
   entry.depth_path = frame.depth.path;
   entry.stem = frame.image.path.stem().string();
+  entry.has_time = frame.image.has_time;
   return entry;
 }
 

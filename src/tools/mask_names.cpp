@@ -4,6 +4,7 @@
 #include "mask_names.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <initializer_list>
 #include <set>
@@ -41,6 +42,15 @@ std::string shell_word(const fs::path& path) {
   return "'" + text + "'";
 }
 
+/// Returns the name of a frame's label map: the image's or, if that is not the known time of the
+/// frame, by which the plugin looks for it, the time.
+std::string label_name(const RgbdSequenceEntry& entry) {
+  const double named_s = detail::time_of_name(entry.stem).value_or(-1);
+  const bool is_time =
+      std::abs(named_s - entry.timestamp_s) < 1e-3 && !detail::are_numbers({entry.stem});
+  return is_time || !entry.has_time ? entry.stem : detail::time_text(entry.timestamp_s);
+}
+
 }  // namespace
 
 fs::path image_folder_of(const RgbdSequence& sequence, bool of_depth) {
@@ -70,7 +80,7 @@ std::vector<fs::path> mask_names(const RgbdSequence& sequence, const fs::path& i
   std::set<fs::path> used;
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const bool is_depth = format == "depth", is_labels = format == labels_format;
-    fs::path name = is_labels ? fs::path(sequence.entry(i).stem)
+    fs::path name = is_labels ? fs::path(label_name(sequence.entry(i)))
                               : image_path(sequence, i, is_depth).lexically_relative(image_folder);
     if (format == "static" || format == "dynamic") name.replace_extension();
     if (!is_depth) name += ".png";

@@ -19,6 +19,7 @@ std::filesystem::path image_folder_of(const RgbdSequence& sequence, bool of_dept
 constexpr const char* labels_format = "labels";
 
 /// Returns the names of the mask images, by the index of their frames: "labels" are in one folder,
+/// named by known times,
 /// "colmap" adds .png to the image's whole name, "depth" keeps the names of the depth images, the
 /// others put .png in place of the extension. Refuses equal names.
 std::vector<std::filesystem::path> mask_names(const RgbdSequence& sequence,

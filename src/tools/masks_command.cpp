@@ -109,7 +109,8 @@ void write_label_maps(MasksOptions options) {
   const MaskedFrames frames = open_frames(options);
   FrameSource& source = *frames.source;
   options.mask_culler.dynamic_classes = class_ids({}, frames.segmenter.get());
-  if (source.sequence() != nullptr) mask_names(*source.sequence(), {}, labels_format);
+  std::vector<fs::path> names;  // none of a film
+  if (source.sequence() != nullptr) names = mask_names(*source.sequence(), {}, labels_format);
   MaskFolderWriterOptions writer_options;
   writer_options.overwrite = options.overwrite;
   writer_options.any_names = true;
@@ -122,7 +123,8 @@ void write_label_maps(MasksOptions options) {
       SourceFrame frame = frames.read(i);
       progress.advance();
       if (!frame.masks) continue;
-      writer.add(*frame.masks, frame.stem, frame.frame.timestamp_s);
+      writer.add(*frame.masks, i < names.size() ? names[i].stem().string() : frame.stem,
+                 frame.frame.timestamp_s);
       instances += frame.masks->instances.size();
       ++written;
       checks.add(std::move(frame));

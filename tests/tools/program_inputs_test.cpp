@@ -233,6 +233,12 @@ TEST_F(ProgramInputs, MasksAndRunNeedImagesOnly) {
       EXPECT_EQ(cv::norm(read_unchanged(found[i]), read_unchanged(want[i]), cv::NORM_INF), 0);
       EXPECT_EQ(found[i].stem().extension(), ".png") << found[i];
     }
+    const fs::path labels = out((layout.name + std::string(" labels")).c_str());
+    succeed("masks " + quoted(scene) + " --masks " + quoted(scene / "masks") + " --out " +
+            quoted(labels));
+    const bool is_kitti = layout.name == std::string("KITTI");
+    EXPECT_EQ(fs::exists(labels / "0.000000.png"), is_kitti) << "the plugin needs times";
+    EXPECT_EQ(fs::exists(labels / "0.103700.png"), is_kitti);
     EXPECT_EQ(file_tree(scene), before);
     if (is_tum) continue;  // its depth needs a camera
     const fs::path run_out = out((layout.name + std::string(" run")).c_str());

@@ -43,6 +43,7 @@ struct RgbdSequenceEntry {
   double depth_timestamp_s = 0;      ///< time of the depth image; timestamp_s without one
   std::filesystem::path depth_path;  ///< path of the depth image; empty without one
   std::string stem;                  ///< image_path without folder and extension; names the masks
+  bool has_time = true;              ///< false: the time is made up, 30 images a second
 };
 
 /// Recorded sequence in the layout of the TUM RGB-D benchmark and of BONN RGB-D Dynamic.
