@@ -133,30 +133,35 @@ inline cv::Mat read_image(const std::filesystem::path& path, int flags, cv::Size
   return decode_image(path, read_bytes(path), flags, frame);
 }
 
-/// Returns the pixels of a mask or of depth at the size of the image that they belong to: those of
-/// the same shape, to a pixel or half a percent, by the nearest neighbour. Throws
-/// std::runtime_error that names the file for another shape, and says what it may be; `advice` is
+/// Throws std::runtime_error that names the file if a mask or depth of a size has not the shape of
+/// the image that it belongs to, to a pixel or half a percent, and says what it may be; `advice` is
 /// for sizes of networks' inputs.
-inline cv::Mat fitted(const cv::Mat& pixels, cv::Size size, const std::filesystem::path& path,
-                      const std::string& of, const char* advice) {
-  if (pixels.size() == size) return pixels;
+inline void require_shape(cv::Size given, cv::Size size, const std::filesystem::path& path,
+                          const std::string& of, const char* advice) {
   const auto is_alike = [&](std::int64_t width, std::int64_t height) {
     // ScanNet's depth of 640x480 belongs to images of 1296x968, whose shape is .4 % another.
     const std::int64_t apart = std::abs(width * size.height - height * size.width);
     return apart <= std::max(size.width, size.height) || 200 * apart <= width * size.height;
   };
-  if (is_alike(pixels.cols, pixels.rows)) {
-    cv::Mat resized;
-    cv::resize(pixels, resized, size, 0, 0, cv::INTER_NEAREST);
-    return resized;
-  }
-  std::string what = size_name(pixels.size()) + " pixels, but " + of + " has " + size_name(size);
-  if (is_alike(pixels.rows, pixels.cols)) {
+  if (is_alike(given.width, given.height)) return;
+  std::string what = size_name(given) + " pixels, but " + of + " has " + size_name(size);
+  if (is_alike(given.height, given.width)) {
     what += "; is one of them turned by 90 degrees?";
-  } else if (pixels.cols % 32 == 0 && pixels.rows % 32 == 0) {
+  } else if (given.width % 32 == 0 && given.height % 32 == 0) {
     what += advice;
   }
   throw_file_error(path, what);
+}
+
+/// Returns the pixels of a mask or of depth at the size of their image, by the nearest neighbour.
+/// Throws what require_shape throws.
+inline cv::Mat fitted(const cv::Mat& pixels, cv::Size size, const std::filesystem::path& path,
+                      const std::string& of, const char* advice) {
+  if (pixels.size() == size) return pixels;
+  require_shape(pixels.size(), size, path, of, advice);
+  cv::Mat resized;
+  cv::resize(pixels, resized, size, 0, 0, cv::INTER_NEAREST);
+  return resized;
 }
 
 /// Writes an image in the format of the file's extension, .png or .jpg, which must support its

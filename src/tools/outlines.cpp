@@ -182,6 +182,7 @@ std::vector<Outline> read_yolo_labels(const fs::path& file) {
 Instance instance_of(const Outline& outline, cv::Size frame, double& room, const fs::path& file) {
   const cv::Rect whole({0, 0}, frame);
   const cv::Size2d unit = outline.unit.area() > 0 ? outline.unit : cv::Size2d(frame);
+  if (unit.area() > 1) detail::require_shape(unit, frame, file, "the frame", "");
   const auto pixels = [&](const cv::Point2d& at, double shift) {
     const auto scaled = [&](double x, double size, int of) {
       return static_cast<int>(std::lround(std::clamp(x / size * of - shift, -1e5, 1e5)));

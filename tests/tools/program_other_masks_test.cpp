@@ -323,6 +323,9 @@ TEST_F(OtherMasks, OrOneSentenceNamesTheFile) {
       {"", "a.json: holds no masks in COCO's form"},
       {"{\"images\": [], \"annotations\": []}",
        "a.json: is of no frame of the sequence; frames are called as 1.000000"},
+      {"{\"images\": [{\"id\": 1, \"file_name\": \"1.000000.png\", \"width\": 240, "
+       "\"height\": 320}], \"annotations\": [{\"image_id\": 1, \"category_id\": 1}]}",
+       "240x320 pixels, but the frame has 320x240; is one of them turned"},
       {"{\"images\": [{\"id\": 1}]}", "key 'file_name' not found"},
       {std::string(300000, '['), "nests too deeply"},
       {annotated("{\"size\": [240, 320], \"counts\": [5, 5]}"),
