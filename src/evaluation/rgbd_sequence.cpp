@@ -200,6 +200,9 @@ RgbdSequence::RgbdSequence(const fs::path& folder, const RgbdSequenceOptions& op
   } else if ((options.needs_camera && lists.has_depth()) || !options.camera_file.empty()) {
     throw_no_camera(camera_file_);
   }
+  if (options.needs_camera && lists.has_depth() && camera_.depth_units_per_metre == 0) {
+    detail::throw_file_error(camera_file_, "DepthMapFactor is missing");
+  }
   depth_offset_s_ = options.depth_offset_s.value_or(camera_.depth_offset_s);
   has_depth_ = lists.has_depth();
 

@@ -100,8 +100,7 @@ SequenceCamera read_camera(const std::filesystem::path& path) {
   if (file.keys().empty()) file.refuse("holds no keys such as Camera.fx");
   const std::string prefix = detail::camera_prefix(file);
   const std::string factor = detail::depth_factor_key(file);
-  for (const std::string& key :
-       {prefix + "fx", prefix + "fy", prefix + "cx", prefix + "cy", factor}) {
+  for (const std::string& key : {prefix + "fx", prefix + "fy", prefix + "cx", prefix + "cy"}) {
     if (!file.has(key)) file.refuse(key + " is missing");
   }
   const auto read = [&](const std::string& key) { return file.number(key).value_or(0); };
@@ -122,7 +121,7 @@ SequenceCamera read_camera(const std::filesystem::path& path) {
     if (!is_right) file.refuse(key, file.shown(key), want);
   };
   for (const std::string& key : {prefix + "fx", prefix + "fy", factor}) {
-    require(read(key) > 0, key, "a number above 0");
+    require(read(key) > 0 || !file.has(key), key, "a number above 0");
   }
   require(camera.frames_per_second >= 0, "Camera.fps", "a number of at least 0");
   require(std::abs(camera.depth_offset_s) <= max_depth_offset_s, "dynfilter.depth_offset_s",

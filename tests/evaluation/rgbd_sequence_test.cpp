@@ -67,7 +67,11 @@ TEST(RgbdSequence, ReadsColourWithoutDepth) {
   const TemporaryFolder folder;
   write_images(folder, 2);
   folder.write("rgb.txt", "2.5 rgb/2.5.png\n1.5 rgb/1.5.png\n");
-  for (const char* other : {"camera.yaml", "depth"}) fs::remove_all(folder / other);
+  folder.write("camera.yaml", camera_yaml.substr(0, camera_yaml.find("DepthMapFactor")));
+  expect_failure([&] { RgbdSequence{folder.path()}; }, "camera.yaml: DepthMapFactor is missing");
+  fs::remove_all(folder / "depth");
+  EXPECT_EQ(RgbdSequence(folder.path()).camera().fx, 5);
+  fs::remove(folder / "camera.yaml");
   const RgbdSequence sequence(folder.path());
   ASSERT_EQ(sequence.size(), 2U);
   EXPECT_EQ(sequence.camera().fx, 0);

@@ -77,7 +77,6 @@ TEST(SequenceCamera, RefusesFilesWithoutACamera) {
       {"junk", std::string("\x89PNG\r\n\x1a\n\0\0", 10), "is no OpenCV YAML file"},
       {"no fx", with("Camera.fx", ""), "Camera.fx is missing"},
       {"no cy", with("Camera.cy", ""), "Camera.cy is missing"},
-      {"no factor", with("DepthMapFactor", ""), "DepthMapFactor is missing"},
       {"quoted", with("Camera.fy", "\"539\""), "Camera.fy: got \"539\"; want a finite number"},
       {"zero", with("Camera.fx", "0"), "Camera.fx: got 0; want a number above 0"},
       {"negative", with("DepthMapFactor", "-5000."),

@@ -56,7 +56,7 @@ std::string check_camera(const std::string& text) {
   if (!(read.fx > 0 && read.fy > 0 && std::isfinite(read.fx) && std::isfinite(read.fy))) {
     return "a focal length that is none";
   }
-  if (!(read.depth_units_per_metre > 0)) return "a depth factor that is none";
+  if (!(read.depth_units_per_metre >= 0)) return "a depth factor that is none";
   return {};
 }
 

@@ -20,7 +20,7 @@ inline constexpr double max_depth_offset_s = 10;
 struct SequenceCamera : Camera {
   cv::Size image_size;               ///< pixels; 0x0 = unknown
   double frames_per_second = 0;      ///< frame rate, Hz; 0 = unknown
-  double depth_units_per_metre = 0;  ///< DepthMapFactor, above 0; 5000 for TUM and BONN
+  double depth_units_per_metre = 0;  ///< DepthMapFactor, 5000 for TUM and BONN; 0 = unknown
   double depth_offset_s = 0;         ///< see RgbdSequenceOptions::depth_offset_s; within ±10 s
 };
 
@@ -28,9 +28,9 @@ struct SequenceCamera : Camera {
 std::optional<SequenceCamera> known_camera(const std::string& name);
 
 /// Reads the camera from a settings file of ORB-SLAM2 or -3 (an OpenCV YAML file), or by a name of
-/// known_camera where there is no such file. Camera.fx, .fy, .cx, .cy (or Camera1.fx …) and
-/// DepthMapFactor (or RGBD.DepthMapFactor) are required; .k1, .k2, .p1, .p2, .k3, Camera.width,
-/// .height and .fps, and dynfilter.depth_offset_s are optional; other keys are ignored. Or from
+/// known_camera where there is no such file. Camera.fx, .fy, .cx, .cy (or Camera1.fx …)
+/// are required; .k1, .k2, .p1, .p2, .k3, Camera.width, .height and .fps, DepthMapFactor (or
+/// RGBD.DepthMapFactor) and dynfilter.depth_offset_s are optional; other keys are ignored. Or from
 /// Open3D's camera_intrinsic.json or NeRF's transforms.json (depth in millimetres).
 ///
 /// Throws std::runtime_error that names the file, and the key, for a file that is no OpenCV YAML
