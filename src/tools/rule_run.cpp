@@ -46,6 +46,7 @@ std::string masks_name(const RuleInfo& rule, const FrameSource& source,
                        const RunSettings& settings) {
   if (rule.is_bound() && settings.truth == Truth::by_motion) return "moving masks";
   if (rule.is_bound()) return "true masks";
+  if (rule.masks == RuleMasks::absent) return "";
   return settings.masks.empty() ? source.facts().masks_name : settings.masks;
 }
 

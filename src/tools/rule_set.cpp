@@ -75,7 +75,7 @@ const std::vector<Entry>& entries() {
   using M = RuleMasks;
   using S = RuleStage;
   static const std::vector<Entry> all = {
-      {{"none", "nothing", M::left, S::none}, nothing},
+      {{"none", "nothing", M::absent, S::none}, nothing},
       {{"mask", "features on the masks", M::culled, S::none}, nothing},
       {{"dynaslam", "features on masks dilated by a 31x31 ellipse (DynaSLAM)", M::left, S::frame},
        on_frame<peers::DilatedMask>},

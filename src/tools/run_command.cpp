@@ -39,7 +39,9 @@ const RuleInfo& rule_of(const RunOptions& options, const FrameSource& source) {
 
 void run(const RunOptions& options) {
   SceneSpec scene = options.scene;
-  scene.reads_masks = options.segmenter.is_unset();
+  const bool takes_none =
+      !options.rule.empty() && rule_info(options.rule).masks == RuleMasks::absent;
+  scene.reads_masks = options.segmenter.is_unset() && !takes_none;
   const std::unique_ptr<FrameSource> source = scene.open(options.settings.truth);
   if (!source->facts().note.empty()) std::fprintf(stderr, "%s\n", source->facts().note.c_str());
   Inputs inputs;
@@ -47,13 +49,13 @@ void run(const RunOptions& options) {
   inputs.add(options.segmenter.model);
   inputs.require_harmless(options.out, run_writer, true);
   const std::unique_ptr<Segmenter> segmenter =
-      scene.reads_masks ? nullptr : options.segmenter.make();
+      options.segmenter.is_unset() ? nullptr : options.segmenter.make();
   RunSettings settings = options.settings;
   settings.mask_culler.dynamic_classes = class_ids(settings.classes, segmenter.get());
-  settings.masks = scene.reads_masks ? source->facts().masks_name : options.segmenter.name();
+  settings.masks = segmenter ? options.segmenter.name() : source->facts().masks_name;
   const RuleInfo& rule = rule_of(options, *source);
   const bool has_own_masks = !scene.masks.empty() || segmenter;
-  if (has_own_masks && (rule.masks == RuleMasks::absent || rule.is_bound())) {
+  if (has_own_masks && (takes_none || rule.is_bound())) {
     throw std::runtime_error("rule " + rule.name +
                              " takes no masks: got --masks or a segmenter; want neither");
   }

@@ -100,6 +100,7 @@ void print_motion(const RunRecord& run) {
 }
 
 std::string masks_text(const RunRecord& run) {
+  if (run.rule.masks == RuleMasks::absent) return "without masks";
   if (run.masks.empty()) {
     return std::string("no masks: there is no masks/ folder, so ") +
            (run.rule.follows_motion() ? "motion decides alone" : "nothing is removed") +

@@ -157,6 +157,11 @@ TEST_F(ProgramRecordings, NamesAMissingMaskBeforeTheFirstFrame) {
   fs::remove(scene() / "masks" / "1.033333.png");
   fs::remove(scene() / "masks" / "instances.csv");
   EXPECT_EQ(run(run_scene() + " --every 2").exit_code, 0) << "it needs only frames 0 and 2";
+  for (const char* rule : {"none", "motion"}) {
+    expect_mentions(succeed(run_scene() + " --rule " + rule),
+                    std::string(rule) + ", without masks");
+    EXPECT_EQ(read_json(out() / "summary.json")["has_masks"], false);
+  }
 }
 
 TEST_F(ProgramRecordings, RunReportsFlawedGroundTruthAndUsesIt) {
