@@ -93,7 +93,7 @@ std::vector<RunRecord> run_scene(const AblationPlan& plan, const SceneSpec& scen
   for (std::size_t i = 0; source.has(i); i += plan.settings.every) {
     const SourceFrame frame = source.read(i);
     const ExtractedFeatures features = extract_features(extractor, frame.frame.image);
-    checks.add(frame, frame.masks, features.keypoints);
+    checks.add(frame, features.keypoints);
     checks.require_hope();
     std::vector<std::future<void>> works;
     works.reserve(runs.size());

@@ -89,7 +89,7 @@ void check_frames(FrameSource& source, Findings& found) {
     ++looked_at;
     try {
       const SourceFrame frame = source.read(i);
-      checks.add(frame, frame.masks, extract_features(extractor, frame.frame.image).keypoints);
+      checks.add(frame, extract_features(extractor, frame.frame.image).keypoints);
     } catch (const std::exception& error) {
       errors.emplace_back(error.what());
     }

@@ -75,8 +75,7 @@ void run(const RunOptions& options) {
         frame.masks_ms = timer.getTimeMilli();
       }
       const FrameStatistics& statistics = work.process(frame, features);
-      checks.add(frame, rule.takes_masks() ? frame.masks : std::nullopt, features.keypoints,
-                 &statistics);
+      checks.add(frame, features.keypoints, &statistics);
       checks.require_hope();
       progress.advance(options.settings.every);
     }

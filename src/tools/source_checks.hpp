@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -27,10 +26,10 @@ class SourceChecks {
     checks_.note_camera(facts.camera);
   }
 
-  /// Adds a frame with the masks that the rule gets and all features.
-  void add(const SourceFrame& frame, const std::optional<Segmentation>& masks,
-           FeaturesView features, const FrameStatistics* statistics = nullptr) {
-    checks_.add(frame.frame, masks, features, statistics, frame.depth_timestamp_s);
+  /// Adds a frame with all features.
+  void add(const SourceFrame& frame, FeaturesView features,
+           const FrameStatistics* statistics = nullptr) {
+    checks_.add(frame.frame, frame.masks, features, statistics, frame.depth_timestamp_s);
     has_people_ = has_people_ || !frame.true_masks || !frame.true_masks->instances.empty();
   }
 
@@ -100,7 +99,7 @@ class MaskChecks {
     for (const Instance& one : frame.masks.value_or(Segmentation()).instances) {
       if (culler_.is_dynamic(one.class_id)) ++(one.mask.empty() ? boxes_ : outlines_);
     }
-    checks_.add(frame, frame.masks, {});
+    checks_.add(frame, {});
     checks_.require_hope();
     if (++frames_ == 30) require_outlines();
   }

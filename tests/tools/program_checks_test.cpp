@@ -48,6 +48,7 @@ constexpr const char* silence = "\nchecks of the input: nothing to mend";
 
 TEST(ProgramChecks, AreSilentAboutGoodLevels) {
   for (const char* level : {"static", "medium"}) EXPECT_EQ(said_of_level(level), silence);
+  EXPECT_EQ(said_of_level("medium", "--rule dynaslam"), silence);
 }
 
 TEST(ProgramChecks, AreSilentAboutOtherLevelsSlow) {
