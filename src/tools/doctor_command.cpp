@@ -76,13 +76,13 @@ void check_frames(FrameSource& source, Findings& found) {
   const RunSettings settings;
   SourceChecks checks(source.facts(), settings.mask_culler, settings.features);
   const odometry::OrbExtractor extractor(settings.features);
-  std::vector<std::string> errors;
-  std::size_t looked_at = 0, without_masks = 0;
+  std::vector<std::string> errors, missing;
+  std::size_t looked_at = 0;
   for (std::size_t i = 0; source.has(i); ++i) {
     try {
       source.require_masks(i);
-    } catch (const std::exception&) {
-      ++without_masks;
+    } catch (const std::exception& error) {
+      missing.emplace_back(error.what());
       continue;
     }
     if (looked_at == checked_frames) continue;
@@ -101,10 +101,10 @@ void check_frames(FrameSource& source, Findings& found) {
   for (const std::string& error : errors) {
     found.add(Condition::broken, error, "replace the file, or leave its row out of the lists");
   }
-  if (without_masks > 0) {
+  if (!missing.empty()) {
     found.add(Condition::broken,
-              detail::concatenate(without_masks, " of ", source.size(), " frames have no mask"),
-              "`dynfilter masks` makes them; --missing-masks keep lets these frames show nobody");
+              detail::concatenate(missing.size(), " of ", source.size(), " frames have no mask"),
+              missing.front());
   }
   found.add(Condition::fine, detail::concatenate(looked_at - errors.size(), " of ", source.size(),
                                                  " frames were checked"));

@@ -63,6 +63,10 @@ TEST_F(Doctor, CountsFramesWithoutMasksForWhichRunStops) {
   const Outcome outcome = examined();
   EXPECT_NE(outcome.exit_code, 0);
   expect_mentions(outcome, "3 of 12 frames have no mask");
+  fs::remove_all(scene() / "masks");
+  fs::remove(scene() / "masks_true" / "instances.csv");
+  fs::remove(scene() / "masks_true" / masks[4].filename());
+  expect_mentions(examined(), "masks_true/" + masks[4].filename().string() + ": there is no such");
 }
 
 TEST_F(Doctor, SaysWhatIsMissing) {
