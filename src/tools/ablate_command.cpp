@@ -42,6 +42,20 @@ std::filesystem::path folder_of(const AblationPlan& plan, const SceneSpec& scene
   return plan.out / scene.name().name / rule;
 }
 
+/// Returns the rules that run on a scene: without true masks none that need them. Throws
+/// std::runtime_error if one cannot run, or none does.
+std::vector<RuleInfo> rules_of(const AblationPlan& plan, const SceneSpec& scene,
+                               const FrameSource& source) {
+  std::vector<RuleInfo> rules;
+  for (const std::string& name : plan.rules) {
+    const RuleInfo& rule = rule_info(name);
+    const bool is_left_out = !source.facts().has_true_masks && plan.rules.size() > 1 &&
+                             needs_true_masks(rule, plan.settings.truth);
+    if (!is_left_out) rules.push_back(checked_rule(rule, scene, source, plan.settings));
+  }
+  return rules;
+}
+
 /// Refuses what would fail in the midst of the work: scenes of one name, files that cannot be read,
 /// and folders of results that would touch a scene's input. Prints notes about the scenes. Returns
 /// the number of their frames.
@@ -60,7 +74,7 @@ std::size_t checked_frame_count(const AblationPlan& plan) {
       continue;
     }
     const std::unique_ptr<FrameSource> source = scene.open(plan.settings.truth);
-    require_masks(*source, plan.settings.every);
+    rules_of(plan, scene, *source);
     source->read(0);
     source->add_inputs(inputs);
     frames += source->size();
@@ -82,11 +96,9 @@ std::vector<RunRecord> run_scene(const AblationPlan& plan, const SceneSpec& scen
   RunSettings settings = plan.settings;
   settings.features = scene.features.value_or(settings.features);
   std::vector<std::unique_ptr<RuleRun>> runs;
-  for (const std::string& rule : plan.rules) {
-    const bool has_truth = source.facts().has_true_masks;
-    if (needs_true_masks(rule_info(rule), plan.settings.truth) && !has_truth) continue;
-    runs.push_back(std::make_unique<RuleRun>(rule_info(rule), scene, source, settings,
-                                             folder_of(plan, scene, rule)));
+  for (const RuleInfo& rule : rules_of(plan, scene, source)) {
+    runs.push_back(std::make_unique<RuleRun>(rule, scene, source, settings,
+                                             folder_of(plan, scene, rule.name)));
   }
   const odometry::OrbExtractor extractor(settings.features);
   SourceChecks checks(source.facts(), settings.mask_culler, settings.features);

@@ -12,11 +12,9 @@
 #include "dynfilter/evaluation/feature_scores.hpp"
 
 namespace dynfilter::tools {
-namespace {
 
-/// Returns the rule after checking everything that can be known to fail before the first frame.
-const RuleInfo& checked(const RuleInfo& rule, const SceneSpec& scene, const FrameSource& source,
-                        const RunSettings& settings) {
+const RuleInfo& checked_rule(const RuleInfo& rule, const SceneSpec& scene,
+                             const FrameSource& source, const RunSettings& settings) {
   if (needs_true_masks(rule, settings.truth) && !source.facts().has_true_masks) {
     throw std::runtime_error("rule " + rule.name + " needs true masks, but " + scene.name().name +
                              " has no masks_true/");
@@ -33,6 +31,8 @@ const RuleInfo& checked(const RuleInfo& rule, const SceneSpec& scene, const Fram
   require_masks(source, settings.every);
   return rule;
 }
+
+namespace {
 
 /// Returns the options of the mask culler. What moves is dynamic, whatever its class.
 MaskCullerOptions culler_options(const RuleInfo& rule, const RunSettings& settings) {
@@ -86,7 +86,7 @@ ExtractedFeatures extract_features(const odometry::OrbExtractor& extractor, cons
 
 RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource& source,
                  const RunSettings& settings, const std::filesystem::path& folder)
-    : rule_(checked(rule, scene, source, settings)),
+    : rule_(checked_rule(rule, scene, source, settings)),
       staged_(folder, run_writer, true),
       rim_px_(settings.truth == Truth::by_motion ? SourceFacts().rim_px : source.facts().rim_px),
       filter_(mask_stage_of(rule, culler_options(rule, settings)),

@@ -43,12 +43,16 @@ struct ExtractedFeatures {
 /// Extracts the features of a BGR image.
 ExtractedFeatures extract_features(const odometry::OrbExtractor& extractor, const cv::Mat& image);
 
+/// Returns the rule. Throws std::runtime_error for what is known to fail before the first frame.
+const RuleInfo& checked_rule(const RuleInfo& rule, const SceneSpec& scene,
+                             const FrameSource& source, const RunSettings& settings);
+
 /// Runs one rule on every frame of a source, in order, as a SLAM system would: the filter and, if
 /// there is depth, the reference odometry on the remaining features.
 class RuleRun {
  public:
-  /// The source has to be opened with the truth of the settings. Throws std::runtime_error if masks
-  /// are missing, and what StagedFolder throws.
+  /// The source has to be opened with the truth of the settings. Throws what checked_rule and
+  /// StagedFolder throw.
   RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource& source,
           const RunSettings& settings, const std::filesystem::path& folder);
   RuleRun(const RuleRun&) = delete;

@@ -141,12 +141,19 @@ TEST_F(Ablate, OmitsPerfectMasksWithoutTruth) {
                                   quoted(out("of recording")));
   EXPECT_FALSE(outcome.mentions("perfect ")) << outcome.printed;
   expect_refused("run " + quoted(recorded) + " --rule perfect", "masks_true");
+  expect_refused("ablate " + quoted(recorded) + " --rules perfect", "masks_true");
   fs::create_directories(out("of others"));
   fs::copy(recorded / "masks/1.000000.png", out("of others") / "900.5.png");
   expect_mentions(
       succeed("ablate " + quoted(recorded) + " --masks " + quoted(out("of others")) +
               " --missing-masks keep --degrade cut --rules mask --out " + quoted(out("of nobody"))),
       "3 of 3 frames have no mask");
+  fs::create_directories(out("photos"));
+  fs::copy(recorded / "rgb", out("photos"));
+  expect_refused("ablate " + quoted(recorded) + " " + quoted(out("photos")) +
+                     " --rules motion --out " + quoted(out("early")),
+                 "rule motion needs depth, which photos does not have");
+  EXPECT_FALSE(fs::exists(out("early"))) << "it must fail before the first scene";
 }
 
 /// Returns a run over ten frames, of which `scene` were lost.
