@@ -182,7 +182,7 @@ Finding camera_is_wrong(const Summary& s) {
 /// Who takes every n-th frame has them seconds apart; in milliseconds, 125 a second are 8 apart.
 Finding times_are_wrong(const Summary& s) {
   const double period_s = s.period_s();
-  const bool are_indices = std::abs(period_s - 1) < 0.01;
+  const bool are_indices = s.are_times_whole && std::abs(period_s - 1) < 0.01;
   if (!(period_s < 0.001 || are_indices || period_s > 8)) return {};
   const char* const cure = period_s > 1e6    ? "are their times nanoseconds? Give seconds"
                            : period_s > 1e3  ? "are their times microseconds? Give seconds"

@@ -74,6 +74,7 @@ void InputSummary::add(const FrameView& frame, SegmentationView masks, FeaturesV
                        const FrameStatistics* statistics, double depth_timestamp_s) {
   if (last_s_) period_s.add(frame.timestamp_s - *last_s_);
   last_s_ = frame.timestamp_s;
+  are_times_whole = are_times_whole && std::floor(*last_s_) == *last_s_;
   with_image += frame.image.empty() ? 0 : 1;
   with_masks += masks.has_value() ? 1 : 0;
   with_depth += !frame.depth.empty() || seen.has_depths() ? 1 : 0;

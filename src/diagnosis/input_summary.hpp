@@ -82,6 +82,7 @@ struct InputSummary {
   /// relative to the mask (pixels at a width of 640), and how many places around it are nearer.
   Series people_m, filled, shift_x, shift_y, distance, fit, nearer;
   std::set<int> classes;                          // of instances
+  bool are_times_whole = true;                    // seconds, without a fraction
   bool has_dynamic = false, has_outline = false;  // an instance of a dynamic class, with a mask
   Series features, without_depth;
   double on_people = 0, hollow = 0;  // features on people, those of them that have no depth

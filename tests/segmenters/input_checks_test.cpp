@@ -147,6 +147,10 @@ TEST(InputChecks, AreSilentAboutSoundFrames) {
     f.view.timestamp_s *= 60, *f.masks->timestamp_s *= 60;
   };
   EXPECT_EQ(all_sentences(checked(seconds_apart)), "");
+  const Change one_second_apart = [](CheckedFrame& f, int i) {
+    f.view.timestamp_s = 100.25 + i, f.masks->timestamp_s = 100.25 + i;
+  };
+  EXPECT_EQ(all_sentences(checked(one_second_apart)), "");
   const Change with_an_empty_mask = [](CheckedFrame& f, int) {
     const cv::Mat nobody(f.view.depth.size(), CV_8UC1, cv::Scalar(0));
     f.masks->instances.push_back(Instance::from_image_mask(nobody));
