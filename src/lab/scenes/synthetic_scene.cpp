@@ -78,9 +78,9 @@ SequenceCamera SyntheticScene::camera() const {
   const cv::Size size = options().image_size;
   const double scale_x = size.width / 640.0;
   const double scale_y = size.height / 480.0;
-  SequenceCamera camera;
-  camera.fx = 535.4 * scale_x;
-  camera.fy = 539.2 * scale_y;
+  SequenceCamera camera;  // another shape shows less
+  camera.fx = 535.4 * std::max(scale_x, scale_y);
+  camera.fy = 539.2 * std::max(scale_x, scale_y);
   camera.cx = (320.1 + 0.5) * scale_x - 0.5;  // 0 is the centre of the first pixel
   camera.cy = (247.6 + 0.5) * scale_y - 0.5;
   camera.image_size = size;

@@ -61,6 +61,9 @@ TEST(SyntheticScene, CameraIsFr3ScaledToTheImage) {
   const SequenceCamera quarter = small_scene().camera();
   EXPECT_EQ(quarter.image_size, cv::Size(160, 120));
   EXPECT_DOUBLE_EQ(quarter.fx, 535.4 / 4);
+  Options hd = small([](Options& o) { o.image_size = {192, 108}; });
+  EXPECT_DOUBLE_EQ(SyntheticScene(hd).camera().fx / SyntheticScene(hd).camera().fy,
+                   full.fx / full.fy);
   // The left edge of the image, half a pixel left of the first centre, stays in the same direction.
   EXPECT_NEAR((-0.5 - quarter.cx) / quarter.fx, (-0.5 - full.cx) / full.fx, 1e-12);
 }
