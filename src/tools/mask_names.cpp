@@ -84,6 +84,11 @@ std::vector<fs::path> mask_names(const RgbdSequence& sequence, const fs::path& i
                               : image_path(sequence, i, is_depth).lexically_relative(image_folder);
     if (format == "static" || format == "dynamic") name.replace_extension();
     if (!is_depth) name += ".png";
+    if (is_labels && name.string().find_first_of(",\"") != std::string::npos) {
+      detail::throw_file_error(
+          sequence.entry(i).image_path,
+          "has a comma or quote in its name, which instances.csv cannot hold; rename it");
+    }
     if (!used.insert(name).second && !is_depth) {
       detail::throw_file_error(
           sequence.entry(i).image_path,

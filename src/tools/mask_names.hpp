@@ -19,9 +19,9 @@ std::filesystem::path image_folder_of(const RgbdSequence& sequence, bool of_dept
 constexpr const char* labels_format = "labels";
 
 /// Returns the names of the mask images, by the index of their frames: "labels" are in one folder,
-/// named by known times,
-/// "colmap" adds .png to the image's whole name, "depth" keeps the names of the depth images, the
-/// others put .png in place of the extension. Refuses equal names.
+/// by known times or as the images, "colmap" adds .png to the image's whole name, "depth" keeps the
+/// names of the depth images, the others put .png in place of the extension. Refuses equal names,
+/// and labels that no table can hold.
 std::vector<std::filesystem::path> mask_names(const RgbdSequence& sequence,
                                               const std::filesystem::path& image_folder,
                                               const std::string& format);

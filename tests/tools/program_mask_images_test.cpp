@@ -216,6 +216,9 @@ TEST_F(ProgramMaskImages, OfOneNameAreRefused) {
   }
   expect_refused("labels --remote nobody", out("names labels"),
                  "the mask of another image would have the same name, a.png", photos);
+  fs::rename(photos / "2" / "a.jpg", photos / "2" / "a, b.jpg");
+  expect_refused("labels --remote nobody", out("comma labels"),
+                 "2/a, b.jpg: has a comma or quote in its name", photos);
 }
 
 TEST_F(ProgramMaskImages, NameWhatIsMissing) {
