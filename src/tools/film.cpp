@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <string>
 
@@ -69,6 +70,10 @@ class Film final : public FrameSource {
       clock_.stop();
       time_s_ = clock_.getTimeSec();
       clock_.start();
+    }
+    if (next_ <= i && static_cast<double>(next_) < 0.9 * film_.get(cv::CAP_PROP_FRAME_COUNT)) {
+      std::fprintf(stderr, "%s ends after %zu of %zu frames: is it cut off?\n", name_.c_str(),
+                   next_, size());
     }
     return next_ == i + 1;
   }

@@ -102,7 +102,7 @@ void print_motion(const RunRecord& run) {
 std::string masks_text(const RunRecord& run) {
   if (run.rule.masks == RuleMasks::absent) return "without masks";
   if (run.masks.empty()) {
-    return std::string("no masks: there is no masks/ folder, so ") +
+    return std::string("no masks: there is no masks/ folder, --masks or --model, so ") +
            (run.rule.follows_motion() ? "motion decides alone" : "nothing is removed") +
            "; dynfilter masks --model FILE.onnx makes them";
   }

@@ -394,6 +394,12 @@ TEST(Doors, SayOfFilmsAndRecordingsWhatToDo) {
     expect_refused(command_of(door, film, "", folder / "out"),
                    "z.avi: OpenCV reads no frame of it");
   }
+  writer.open(film.string(), cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 10, {320, 240});
+  for (int i = 0; i < 12; ++i) writer.write(cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(9 * i)));
+  writer.release();
+  fs::resize_file(film, fs::file_size(film) / 2);
+  expect_mentions(succeed(command_of('r', film, "", folder / "out")),
+                  "of 12 frames: is it cut off?");
 }
 
 }  // namespace

@@ -138,11 +138,11 @@ TEST_F(Program, RemovesWhatMovesWithoutMasksAndReportsIt) {
     EXPECT_TRUE(outcome.mentions(words)) << outcome.printed;
     return read_json(out("none") / "summary.json");
   };
-  const nlohmann::json judged = summary_of("", "no masks/ folder, so motion decides alone");
+  const nlohmann::json judged = summary_of("", "--masks or --model, so motion decides alone");
   EXPECT_EQ(judged["has_masks"], false);
   EXPECT_GT(judged["dynamic_removed"], 10 * judged["static_removed"].get<int>());
   const nlohmann::json none =
-      summary_of(" --rule depth", "no masks/ folder, so nothing is removed");
+      summary_of(" --rule depth", "no masks/ folder, --masks or --model, so nothing is removed");
   EXPECT_EQ(none["kept"], none["features"]);
   const std::string rules = "ablate " + quoted(copy) + " --rules none,mask --out ";
   expect_mentions(succeed(rules + quoted(out("ablated"))), " has no masks/ folder, so no mask");
