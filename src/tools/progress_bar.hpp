@@ -33,21 +33,21 @@ struct Interrupted : std::exception {
 };
 
 /// Shows the progress of long work in a line on standard error; shows nothing if that is no
-/// terminal. While it lives, it notes the first SIGINT or SIGTERM; a second one ends the program at
-/// once.
+/// terminal. While it lives, it notes the first SIGINT, SIGTERM or SIGHUP; a second one ends the
+/// program at once.
 class ProgressBar {
  public:
   ProgressBar(std::string what, std::size_t total)
       : what_(std::move(what)), total_(total), is_shown_(isatty(STDERR_FILENO) != 0) {
     signal_ = 0;
-    for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, note);
+    handle(note);
   }
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
   /// Ends the line, also after an error.
   ~ProgressBar() {
-    for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
+    handle(SIG_DFL);
     if (is_shown_) std::fputc('\n', stderr);
   }
 
@@ -68,6 +68,13 @@ class ProgressBar {
 
  private:
   using Clock = std::chrono::steady_clock;
+
+  /// Sets what signals do; those that are ignored, as under nohup, stay so.
+  static void handle(void (*action)(int)) {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+      if (std::signal(signal, action) == SIG_IGN) std::signal(signal, SIG_IGN);
+    }
+  }
 
   static void note(int signal) {
     signal_ = signal;

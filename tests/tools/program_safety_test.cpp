@@ -12,6 +12,7 @@
 #include "support/remote_peer.hpp"
 #include "support/test.hpp"
 #include "tools/program.hpp"
+#include "tools/progress_bar.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -213,7 +214,7 @@ TEST_F(ProgramSafety, SlowCallsLeaveOldOrNewResultsIfStopped) {
     const fs::path folder = out("stopped");
     succeed(call.new_call + quoted(folder));
     const FileTree later = results_in(folder);
-    for (const int signal : {SIGKILL, SIGINT, SIGTERM}) {
+    for (const int signal : {SIGKILL, SIGINT, SIGTERM, SIGHUP}) {
       SCOPED_TRACE(call.new_call + std::to_string(signal));
       fs::remove_all(folder);
       succeed(call.old_call + quoted(folder));
@@ -234,6 +235,16 @@ TEST_F(ProgramSafety, SlowCallsLeaveOldOrNewResultsIfStopped) {
     }
     fs::remove_all(folder);
   }
+}
+
+TEST(ProgressBar, LetsAnIgnoredSignalBeIgnored) {  // as under nohup
+  std::signal(SIGHUP, SIG_IGN);
+  for (int i = 0; i < 2; ++i) {
+    tools::ProgressBar bar("working", 1);
+    std::raise(SIGHUP);
+    EXPECT_NO_THROW(bar.advance());
+  }
+  EXPECT_EQ(std::signal(SIGHUP, SIG_DFL), SIG_IGN);
 }
 
 TEST_F(ProgramSafety, OddPathsAreTakenOrRefused) {
