@@ -245,7 +245,7 @@ constexpr char ablate_description[] =
 constexpr char ablate_notes[] =
     "\n\nexamples:\n"
     "  dynfilter ablate --levels medium,hard --seeds 1-5 --out sweep\n"
-    "  dynfilter ablate rgbd_dataset_freiburg3_walking_xyz --rules none,mask,paper";
+    "  dynfilter ablate rgbd_dataset_freiburg3_walking_xyz --camera tum3 --rules none,mask,paper";
 
 }  // namespace
 

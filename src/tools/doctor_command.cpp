@@ -242,7 +242,7 @@ void add_doctor_command(CLI::App& program) {
   command->footer(
       "examples:\n"
       "  dynfilter doctor\n"
-      "  dynfilter doctor rgbd_dataset_freiburg3_walking_xyz\n"
+      "  dynfilter doctor rgbd_dataset_freiburg3_walking_xyz --camera tum3\n"
       "  dynfilter doctor --settings TUM3.yaml");
   command->callback([options] { doctor(*options); });
 }

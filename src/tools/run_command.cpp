@@ -106,7 +106,7 @@ constexpr char run_notes[] =
     "  static removed           should have stayed\n"
     "  frames lost              the odometry found no pose\n\n"
     "examples:\n"
-    "  dynfilter run rgbd_dataset_freiburg3_walking_xyz --out result\n"
+    "  dynfilter run rgbd_dataset_freiburg3_walking_xyz --camera tum3 --out result\n"
     "  dynfilter run scene --rule mask --masks scene/masks_true\n"
     "  dynfilter run --level medium --scene-seed 5 --rule crowd_slam\n"
     "  dynfilter run scene --model FILE.onnx";

@@ -152,8 +152,8 @@ void add_sync_command(CLI::App& program) {
                       "associations.txt");
   command->footer(
       "examples:\n"
-      "  dynfilter sync rgbd_dataset_freiburg3_walking_xyz\n"
-      "  dynfilter sync rgbd_dataset_freiburg3_walking_xyz --write walking_in_step.txt");
+      "  dynfilter sync rgbd_dataset_freiburg3_walking_xyz --camera tum3\n"
+      "  dynfilter sync rgbd_dataset_freiburg3_walking_xyz --camera tum3 --write in_step.txt");
   command->callback([options] { sync(*options); });
 }
 

@@ -114,6 +114,7 @@ TEST(RgbdSequence, PrintsATemplateForAMissingCameraFile) {
   }
   EXPECT_EQ(message.find((folder / "camera.yaml").string() + ": there is no such camera file"), 0U);
   EXPECT_NE(message.find("freiburg3"), std::string::npos);
+  EXPECT_NE(message.find("--camera tum3"), std::string::npos);
   EXPECT_NE(message.find("replace them"), std::string::npos);
   // The printed template is a valid file.
   folder.write("other.yaml", message.substr(message.find("%YAML")));

@@ -244,8 +244,10 @@ TEST_F(Program, RunTracksTheCameraAndWritesItsTrajectory) {
 }
 
 TEST_F(Program, HelpShowsExamples) {
-  EXPECT_TRUE(run("ablate --help").mentions("examples:"));
-  EXPECT_TRUE(run("run --help").mentions("examples:"));
+  for (const char* command : {"run", "ablate", "sync", "doctor"}) {
+    const std::string of_tum = std::string(" ") + command + " rgbd_dataset_freiburg3_walking_xyz ";
+    EXPECT_TRUE(run(command + std::string(" --help")).mentions(of_tum + "--camera tum3"));
+  }
   EXPECT_TRUE(run("eval --help").mentions("example:"));
   EXPECT_TRUE(run("synth --help").mentions("example:"));
   EXPECT_TRUE(run("--version").mentions(DYNFILTER_VERSION_STRING));
