@@ -261,24 +261,9 @@ bool MaskFolderSegmenter::is_near(Masks::const_iterator mask, double time_s, dou
 }
 
 std::vector<int> MaskFolderSegmenter::values() const {
-  constexpr std::size_t max_masks = 30;
-  std::vector<bool> is_there(detail::max_mask_label + 1);
-  std::size_t i = 0;
-  for (const auto& [time, mask] : masks_) {
-    if (has_table_ || i++ % (masks_.size() / max_masks + 1) != 0) continue;
-    cv::Mat1w wide;
-    try {
-      detail::read_mask(mask.path, {}).convertTo(wide, CV_16U);
-    } catch (const std::runtime_error&) {
-      continue;  // segment says what is wrong with it
-    }
-    for (const std::uint16_t value : wide) is_there[value] = true;
-  }
-  std::vector<int> values;
-  for (int value = 1; value <= detail::max_mask_label; ++value) {
-    if (is_there[static_cast<std::size_t>(value)]) values.push_back(value);
-  }
-  return values;
+  std::vector<fs::path> files;
+  for (const auto& [time, mask] : masks_) files.push_back(mask.path);
+  return has_table_ ? std::vector<int>() : detail::mask_values(files);
 }
 
 Segmentation MaskFolderSegmenter::read(const FrameView& frame) const {

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -108,6 +109,27 @@ inline cv::Mat read_mask(const std::filesystem::path& file, cv::Size frame) {
   const int bits = bytes[PngHeader::bit_depth];
   if (bits < 8) indices /= 255 / ((1 << bits) - 1);  // the decoder scales them to 0 … 255
   return indices;
+}
+
+/// Returns the different non-zero values of at most 30 of the masks, in rising order. Ignores files
+/// that cannot be read: who uses the mask says what is wrong.
+inline std::vector<int> mask_values(const std::vector<std::filesystem::path>& files) {
+  constexpr std::size_t max_masks = 30;
+  std::vector<bool> is_there(65536);
+  for (std::size_t i = 0; i < files.size(); i += files.size() / max_masks + 1) {
+    cv::Mat1w wide;
+    try {
+      read_mask(files[i], {}).convertTo(wide, CV_16U);
+    } catch (const std::runtime_error&) {
+      continue;
+    }
+    for (const std::uint16_t value : wide) is_there[value] = true;
+  }
+  std::vector<int> values;
+  for (std::size_t value = 1; value < is_there.size(); ++value) {
+    if (is_there[value]) values.push_back(static_cast<int>(value));
+  }
+  return values;
 }
 
 }  // namespace dynfilter::detail

@@ -104,6 +104,15 @@ class OtherMasks final : public Segmenter {
   bool is_empty() const { return frames_.empty(); }
   bool has_mask(double time_s) const { return frames_.count(detail::microseconds(time_s)) > 0; }
 
+  /// Returns the values of masks that are binary.
+  std::vector<int> values() const {
+    std::vector<fs::path> files;
+    for (const auto& [time, frame] : frames_) {
+      files.insert(files.end(), frame.files.begin(), frame.files.end());
+    }
+    return form_ == Form::one_instance ? detail::mask_values(files) : std::vector<int>();
+  }
+
   /// Gives labels their ids: numbers as they are, names as COCO's; others follow COCO's 80, but for
   /// one alone, which is what the user wants to be rid of. Says which are not COCO's.
   std::string number_classes() {
@@ -321,7 +330,7 @@ RecordedMasks open_masks(const fs::path& given, const Times& times, bool may_be_
   const std::string note = others->number_classes();
   const OtherMasks* const own = others.get();
   return {std::move(others), [own](double time_s) { return own->has_mask(time_s); },
-          [] { return std::vector<int>(); }, note, may_be_missing};
+          [own] { return own->values(); }, note, may_be_missing};
 }
 
 }  // namespace dynfilter::tools
