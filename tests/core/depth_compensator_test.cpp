@@ -345,26 +345,6 @@ FeatureLabels labels_of(const FilterCase& input) {
   return DynamicFilter(input.options).apply(input.frame, input.segmentation, input.features());
 }
 
-/// Another instance may have a feature then. Caution asks whether a feature is sure for this one.
-TEST(DepthCompensator, OrderOfTheInstancesChangesNoRemoval) {
-  std::size_t compensated = 0;
-  for (std::uint64_t seed = 0; seed < 600; ++seed) {
-    ByteSource source(seed);
-    FilterCase input = arbitrary_case(source);
-    draw_rule(source, input, CompensationRule::depth);
-    input.segmentation.timestamp_s = input.frame.timestamp_s;
-    input.options.compensator.depth.min_kept_share = 0;
-    const FeatureLabels before = labels_of(input);
-    std::reverse(input.segmentation.instances.begin(), input.segmentation.instances.end());
-    const FeatureLabels after = labels_of(input);
-    for (std::size_t i = 0; i < before.size(); ++i) {
-      ASSERT_EQ(after.is_removed(i), before.is_removed(i)) << "seed " << seed << ", feature " << i;
-    }
-    compensated += before.statistics().compensated;
-  }
-  EXPECT_GT(compensated, 200U);
-}
-
 /// The person of DepthScene without a depth image: a feature every 8 pixels has a depth.
 struct ColumnScene {
   FilterCase input;

@@ -224,11 +224,6 @@ TEST(FeatureSampler, KeysArePinned) {
   EXPECT_EQ(FeatureSampler(20, 42).key(7, 2, {-1, -200}), 0xF8C17E23B794F586U);
 }
 
-TEST(FeatureSampler, SampleIsPinned) {
-  const FeatureSampler sampler(8, 5);
-  EXPECT_EQ(drawn(sampler, 11, 60), (std::vector<std::size_t>{1, 8, 18, 37, 40, 46, 48, 51}));
-}
-
 TEST(FeatureSampler, DrawsTheSmallestKeys) {
   for (std::uint64_t frame = 0; frame < 50; ++frame) {
     for (const std::size_t count : {0U, 1U, 19U, 20U, 21U, 40U, 41U, 79U, 300U}) {

@@ -116,23 +116,6 @@ TEST(Pipeline, ValidatesLabelsThatTheLastStageReplaces) {
   EXPECT_TRUE(labels.empty());
 }
 
-TEST(Pipeline, PassesTheWorkspaceToStagesThatAcceptIt) {
-  struct Scratch {
-    std::vector<double> values;
-  };
-  const auto stage = [](const FilterInput&, FeatureLabels&, Workspace& workspace) {
-    workspace.get<Scratch>().values.push_back(7.0);
-  };
-  FeatureLabels labels;
-  Workspace workspace;
-  const auto apply = [&] {
-    Pipeline(stage).apply(FrameView(), Segmentation(), FeaturesView(), labels, workspace);
-  };
-  apply();
-  apply();
-  EXPECT_EQ(workspace.get<Scratch>().values, (std::vector<double>{7.0, 7.0}));
-}
-
 /// Segmentation with a mask on the left half of the image.
 Segmentation left_half_masked() {
   Segmentation segmentation;

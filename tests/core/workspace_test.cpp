@@ -10,9 +10,6 @@ namespace dynfilter::testing {
 /// Returns the address that a type named Numbers in another file's anonymous namespace gets.
 const void* numbers_of_another_file(Workspace& workspace);
 
-}  // namespace dynfilter::testing
-
-namespace dynfilter::testing {
 namespace {
 
 struct Numbers {

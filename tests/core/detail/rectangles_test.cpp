@@ -48,15 +48,6 @@ TEST(Rectangles, MatchTheOracleAtEveryPixel) {
   EXPECT_GT(outside, 5000U);
 }
 
-TEST(Rectangles, WithoutPixelsInTheImageTheyAreEmptyAtTheOrigin) {
-  const cv::Size image(10, 8);
-  for (const cv::Rect& beside :
-       {cv::Rect(10, 2, 5, 5), cv::Rect(2, 8, 5, 5), cv::Rect(-5, 2, 5, 5), cv::Rect(2, -5, 5, 5),
-        cv::Rect(3, 3, 0, 4), cv::Rect(3, 3, 4, 0)}) {
-    EXPECT_EQ(detail::clip(beside, image), cv::Rect()) << beside;
-  }
-}
-
 TEST(Rectangles, MayLieAnywhere) {
   const cv::Size image(10, 8);
   EXPECT_EQ(detail::clip({lowest, lowest, highest, highest}, image), cv::Rect());
