@@ -288,19 +288,10 @@ TEST(FoundImages, NameAPointerOfGitLfsInPlaceOfAnImage) {
 }
 
 TEST(FoundImages, NumbersInNamesCountByTheirValue) {
-  const Files sorted = {"",
-                        "2",
-                        "10",
-                        "99999999999999999999999",
-                        "100000000000000000000000",
-                        "a",
-                        "a1",
-                        "a1b2",
-                        "a1b10",
-                        "a9",
-                        "a010",
-                        "a10",
-                        "b0"};
+  std::istringstream text(
+      "2 10 99999999999999999999999 100000000000000000000000 a a1 a1b2 a1b10 a9 a010 a10 b0");
+  Files sorted = {""};
+  for (std::string name; text >> name;) sorted.push_back(name);
   Files names(sorted.rbegin(), sorted.rend());
   std::sort(names.begin(), names.end(), detail::is_before);
   EXPECT_EQ(names, sorted);

@@ -165,27 +165,6 @@ TEST(RgbdSequence, RefusesFoldersWithoutASequence) {
   expect_misuse([&] { RgbdSequence(folder.path(), options); }, "max_time_difference_s = -1");
 }
 
-// --- Recorded sequences --------------------------------------------------------------------------
-
-class RgbdSequenceData : public RecordedData {};
-
-TEST_F(RgbdSequenceData, ReadsWalkingHalfsphere) {
-  const fs::path folder = data("tum_fr3_walking_halfsphere_50");
-  const RgbdSequence sequence(folder);
-  ASSERT_EQ(sequence.size(), 49U);
-  EXPECT_EQ(sequence.entry(0).stem, "1341846434.710184");
-  EXPECT_EQ(sequence.entry(48).timestamp_s, 1341846436.354084);
-  EXPECT_EQ(sequence.groundtruth_file(), folder / "groundtruth.txt");
-  EXPECT_EQ(sequence.masks_folder(), folder / "masks");
-  EXPECT_FALSE(sequence.true_masks_folder());
-  for (const std::size_t i : {std::size_t{0}, std::size_t{48}}) {
-    const FrameView frame = sequence.read(i);
-    EXPECT_EQ(frame.image.size(), cv::Size(640, 480));
-    EXPECT_EQ(frame.depth.type(), CV_16UC1);
-    EXPECT_EQ(frame.metres_per_unit, 1.0 / 5000);
-  }
-}
-
 // --- Association ---------------------------------------------------------------------------------
 
 using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;

@@ -13,37 +13,14 @@ namespace {
 
 // --- An independent, naive implementation --------------------------------------------------------
 
-/// All pairs within the limit, the closest first, each pose once.
-std::vector<std::pair<std::size_t, std::size_t>> naive_pairs(const Trajectory& a,
-                                                             const Trajectory& b, double reach) {
-  std::vector<std::tuple<std::int64_t, std::size_t, std::size_t>> all;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const auto off =
-          std::llabs(std::llround(a[i].timestamp_s * 1e6) - std::llround(b[j].timestamp_s * 1e6));
-      if (off <= std::llround(reach * 1e6)) all.emplace_back(off, i, j);
-    }
-  }
-  std::sort(all.begin(), all.end());
-  std::set<std::size_t> used_a, used_b;
-  std::vector<std::pair<std::size_t, std::size_t>> pairs;
-  for (const auto& [off, i, j] : all) {
-    if (used_a.count(i) || used_b.count(j)) continue;
-    used_a.insert(i);
-    used_b.insert(j);
-    pairs.emplace_back(i, j);
-  }
-  return pairs;
-}
-
 Eigen::Vector3d place(const TimedPose& pose) {
   return Eigen::Map<const Eigen::Vector3d>(pose.translation.val);
 }
 
 /// ATE by Horn's closed form with unit quaternions (JOSA A 1987), where the library uses a
-/// decomposition.
+/// decomposition. Pairs are the library's, which have an oracle of their own.
 double naive_ate(const Trajectory& estimate, const Trajectory& truth, bool with_scale) {
-  const auto pairs = naive_pairs(estimate, truth, 0.02);
+  const auto pairs = associate(detail::times_of(estimate), detail::times_of(truth), 0.02);
   const double n = static_cast<double>(pairs.size());
   Eigen::Vector3d mean_e(0, 0, 0), mean_t(0, 0, 0);
   for (const auto& [i, j] : pairs) {
