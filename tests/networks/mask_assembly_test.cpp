@@ -159,13 +159,6 @@ TEST(MaskAssembly, DropsInstancesWithoutAPixelInTheImage) {
 
 const cv::Scalar grey = cv::Scalar::all(114);
 
-cv::Mat random_image(cv::Size size, unsigned seed = 1) {
-  std::mt19937 random(seed);
-  cv::Mat image(size, CV_8UC3);
-  for (std::size_t i = 0; i < image.total() * 3; ++i) image.data[i] = std::uint8_t(random() & 255U);
-  return image;
-}
-
 void expect_at(const cv::Point2d& got, double x, double y) {
   EXPECT_NEAR(got.x, x, 1e-9);
   EXPECT_NEAR(got.y, y, 1e-9);
@@ -179,7 +172,7 @@ void expect_ways_are_inverse(const InputPlacement& placement) {
 }
 
 PlacedImage placed(cv::Size image, cv::Size input) {
-  return letterbox(random_image(image), input, grey);
+  return letterbox(cv::Mat(image, CV_8UC3, cv::Scalar::all(0)), input, grey);
 }
 
 TEST(InputPlacement, LetterboxRoundsTheResizedSides) {
@@ -187,6 +180,7 @@ TEST(InputPlacement, LetterboxRoundsTheResizedSides) {
   // above.
   const PlacedImage result = placed({101, 77}, {64, 64});
   EXPECT_EQ(result.pixels.at<cv::Vec3b>(6, 30), cv::Vec3b::all(114));
+  EXPECT_EQ(result.pixels.at<cv::Vec3b>(7, 30), cv::Vec3b());
   EXPECT_EQ(result.pixels.at<cv::Vec3b>(56, 30), cv::Vec3b::all(114));
   expect_at(result.placement.to_input({0, 0}), 0, 7);
   expect_at(result.placement.to_input({101, 77}), 64, 56);
