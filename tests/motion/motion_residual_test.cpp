@@ -5,6 +5,7 @@
 
 #include "dynfilter/features.hpp"
 #include "motion/image_patch.hpp"
+#include "support/scene_images.hpp"
 #include "support/test.hpp"
 
 namespace dynfilter::detail {
@@ -142,14 +143,7 @@ TEST(DepthInterval, IsUnknownOutsideTheImageAndWithoutDepth) {
 // --- Patches of images ---------------------------------------------------------------------------
 
 constexpr int left = 4, right = 3, reach = 7;  // of a patch around its centre
-
-cv::Mat1b texture(std::uint64_t seed) {
-  cv::Mat1b image(90, 120);
-  cv::RNG(seed).fill(image, cv::RNG::UNIFORM, 0, 256);
-  cv::GaussianBlur(image, image, {}, 1.5);
-  cv::normalize(image, image, 20, 235, cv::NORM_MINMAX);
-  return image;
-}
+const cv::Size image_size(120, 90);
 
 double interpolated(const cv::Mat1b& image, double x, double y) {
   const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
@@ -195,7 +189,7 @@ ImagePatch::Look looked(const cv::Mat1b& from, cv::Point at, const cv::Mat1b& to
 }
 
 TEST(ImagePatch, ComparesAsTheOracle) {
-  const cv::Mat1b from = texture(1), to = texture(2);
+  const cv::Mat1b from = testing::texture(image_size, 1), to = testing::texture(image_size, 2);
   cv::RNG random(3);
   for (int i = 0; i < 300; ++i) {
     const cv::Point at(random.uniform(10, 110), random.uniform(10, 80));
@@ -210,7 +204,7 @@ TEST(ImagePatch, ComparesAsTheOracle) {
 }
 
 TEST(ImagePatch, FindsAShiftThroughAChangeOfExposure) {
-  const cv::Mat1b from = texture(4);
+  const cv::Mat1b from = testing::texture(image_size, 4);
   cv::RNG random(5);
   int found = 0;
   for (int i = 0; i < 100; ++i) {
@@ -230,7 +224,7 @@ TEST(ImagePatch, FindsAShiftThroughAChangeOfExposure) {
 }
 
 TEST(ImagePatch, ReachesToTheBorderAndNotBeyond) {
-  const cv::Mat1b image = texture(6);
+  const cv::Mat1b image = testing::texture(image_size, 6);
   ImagePatch centre;
   centre.read(image, {50, 40});
   for (int y = 0; y < image.rows; ++y) {

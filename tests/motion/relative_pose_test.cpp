@@ -17,9 +17,7 @@ Camera without_distortion(const SequenceCamera& c) { return {c.fx, c.fy, c.cx, c
 Pose motion_between(const Pose& now, const Pose& then) { return then.inverse() * now; }
 
 double rotation_between(const Pose& a, const Pose& b) {
-  const cv::Matx33d turn = a.rotation * b.rotation.t();
-  const cv::Vec3d axis(turn(2, 1) - turn(1, 2), turn(0, 2) - turn(2, 0), turn(1, 0) - turn(0, 1));
-  return std::asin(std::min(1.0, cv::norm(axis) / 2));
+  return cv::norm(detail::rotation_vector_of(a.rotation * b.rotation.t()));
 }
 
 /// Observations of a rendered static room, exact but for noise, and of a mover that has a share of
