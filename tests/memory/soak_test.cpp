@@ -5,8 +5,6 @@
 
 #include <unistd.h>
 
-#include <csignal>
-
 #include "dynfilter/motion/motion_filter.hpp"
 #include "dynfilter/segmenters/mask_propagator.hpp"
 #include "support/filter_property.hpp"
