@@ -18,6 +18,25 @@ FeatureLabels filtered(const FilterCase& input) {
   return DynamicFilter(input.options).apply(input.frame, input.segmentation, input.keypoints);
 }
 
+TEST(DynamicFilter, PermutingTheFeaturesPermutesTheLabels) {
+  for (std::uint64_t seed = 0; seed < 600; ++seed) {
+    ByteSource source(seed);
+    FilterCase input = arbitrary_case_of_any_rule(source);
+    const FeatureLabels before = filtered(input);
+    std::vector<std::size_t> order(input.keypoints.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    for (std::size_t i = order.size(); i > 1; --i) {
+      std::swap(order[i - 1], order[source.word() % i]);
+    }
+    const std::vector<cv::KeyPoint> keypoints = input.keypoints;
+    for (std::size_t i = 0; i < order.size(); ++i) input.keypoints[i] = keypoints[order[i]];
+    const FeatureLabels after = filtered(input);
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      ASSERT_TRUE(same_label(after[i], before[order[i]])) << "seed " << seed << ", feature " << i;
+    }
+  }
+}
+
 /// Case of the first seed, from `seed` on, that has this rule.
 FilterCase case_with_rule(CompensationRule rule, std::uint64_t seed) {
   while (true) {
