@@ -173,7 +173,9 @@ TEST_F(ProgramMaskImages, AreMadeForEveryImage) {
   }
   fs::create_directories(folder / "rgb" / "old");
   fs::copy(sequence.entry(0).image_path, folder / "rgb" / "old" / "unlisted.png");
-  expect_mentions(masks("colmap", out("of all but one"), folder), "1 further images in ");
+  const Outcome plain = masks("colmap", out("of all but one"), folder);
+  expect_mentions(plain, "1 further images in ");
+  EXPECT_FALSE(plain.mentions("refined"));
   fs::rename(folder / "rgb" / "old" / "unlisted.png", folder / "rgb" / "unlisted.png");
   expect_refused("colmap", out("nothing"), "1 of 7 frames have none", folder);
 }

@@ -270,6 +270,9 @@ TEST_F(OtherMasks, OfMotsAndCityscapesHaveAThousandIdsAClass) {
       cv::imwrite((folder_ / name / (frame.stem + ".png")).string(), ids);
     }
     expect_people(folder_ / name);
+    succeed("masks " + quoted(scene()) + " --masks " + quoted(folder_ / name) + " --out " +
+            quoted(folder_ / "labels") + " --overwrite");
+    EXPECT_LT(read_csv(folder_ / "labels/instances.csv").size(), 8 * people().size());
   }
 }
 

@@ -34,6 +34,10 @@ TEST_F(Program, DrawsAPanelForEachPartOfTheRule) {
     ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
     const cv::Mat sheet = cv::imread(fs::directory_iterator(folder / "overlays")->path().string());
     EXPECT_EQ(sheet.cols, panels * width) << rule;
+    EXPECT_EQ(outcome.mentions("  dynamic left    "), panels == 1) << rule;
+    cv::Mat rings;  // around what is left on people
+    cv::inRange(sheet, cv::Scalar(255, 0, 255), cv::Scalar(255, 0, 255), rings);
+    EXPECT_LT(cv::countNonZero(rings), 0.05 * static_cast<double>(rings.total())) << rule;
   }
 }
 
@@ -93,7 +97,9 @@ TEST_F(Program, RunJudgesMotionByDefault) {
                 summary["moving"].get<int>() + summary["kept"].get<int>());
   ASSERT_EQ(run(command + " --every 2").exit_code, 0);
   EXPECT_EQ(read_json(folder / "summary.json")["rule"], "depth");
-  EXPECT_TRUE(run(command + " --rule depth_motion --every 2").mentions("--every 2"));
+  for (const char* rule : {"depth_motion", "lk_epipolar"}) {
+    EXPECT_TRUE(run(command + " --every 2 --rule " + rule).mentions("--every 2")) << rule;
+  }
 }
 
 /// The picture is of the frame that frames.csv calls the worst.
