@@ -16,6 +16,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/rectangles.hpp"
 #include "io/file_error.hpp"
 #include "io/frame_names.hpp"
 #include "io/image_file.hpp"
@@ -217,11 +218,10 @@ Instance instance_of(const Outline& outline, cv::Size frame, double& room, const
     }
     instance = Instance::from_box_mask(mask, extent, 0, 1);
   }
-  const cv::Point margin(20, 20);
   if (!outline.box.empty()) {
     instance.box |= cv::Rect(pixels(outline.box.tl(), 0), pixels(outline.box.br(), 0)) & whole;
   } else if (!instance.box.empty()) {
-    instance.box = cv::Rect(instance.box.tl() - margin, instance.box.br() + margin) & whole;
+    instance.box = detail::clip_grown(instance.box, 20, 20, frame);
   }
   instance.score = outline.score;
   instance.image_size = frame;

@@ -19,6 +19,7 @@
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
+#include "dynfilter/detail/rectangles.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "evaluation/image_lists.hpp"
 #include "io/file_error.hpp"
@@ -43,8 +44,7 @@ std::optional<int> known_class(const std::string& name) {
       {"person", 0}, {"people", 0},     {"pedestrian", 0}, {"human", 0}, {"bicycle", 1}, {"car", 2},
       {"bus", 5},    {"motorcycle", 3}, {"truck", 7},      {"cat", 15},  {"dog", 16}};
   const auto found = ids.find(detail::lower_case(name));
-  if (found == ids.end()) return {};
-  return found->second;
+  return found == ids.end() ? std::nullopt : std::optional(found->second);
 }
 
 /// Returns COCO's id of a class of MOTS (1, 2) or Cityscapes (24 to 33); -1: no instances.
@@ -176,10 +176,9 @@ class OtherMasks final : public Segmenter {
   void add_file(const fs::path& file, cv::Size size, bool is_only,
                 std::vector<Instance>& instances) const {
     const auto add = [&](const std::vector<Instance>& objects, int class_id) {
-      const cv::Point margin(box_margin_px, box_margin_px);
       for (Instance one : objects) {
         if (one.box.empty()) continue;
-        one.box = cv::Rect(one.box.tl() - margin, one.box.br() + margin) & cv::Rect({}, size);
+        one.box = detail::clip_grown(one.box, box_margin_px, box_margin_px, size);
         one.class_id = class_id;
         instances.push_back(std::move(one));
       }

@@ -33,10 +33,6 @@ SyntheticSceneOptions checked(const SyntheticSceneOptions& o) {
   return o;
 }
 
-void require_index(const SyntheticScene& scene, int index) {
-  require_range("frame", index, 0, scene.size() - 1);
-}
-
 double elapsed_s(int index) { return index / scene::frames_per_second; }
 
 /// Returns the frame whose masks are the newest at frame `index`.
@@ -90,12 +86,12 @@ SequenceCamera SyntheticScene::camera() const {
 }
 
 double SyntheticScene::timestamp_s(int index) const {
-  require_index(*this, index);
+  require_range("frame", index, 0, size() - 1);
   return 1.0 + elapsed_s(index);
 }
 
 Pose SyntheticScene::pose(int index) const {
-  require_index(*this, index);
+  require_range("frame", index, 0, size() - 1);
   return scene::camera_at(options(), elapsed_s(index));
 }
 
