@@ -45,20 +45,14 @@ void keep_spread(std::vector<cv::KeyPoint>& keypoints, std::size_t count,
   keypoints = std::move(kept);
 }
 
-std::array<double, octaves> octave_scales() {
-  std::array<double, octaves> scales{};
-  double scale = 1;
-  for (double& value : scales) {
-    value = scale;
-    scale *= octave_factor;
-  }
-  return scales;
-}
-
 }  // namespace
 
 double octave_scale(int octave) {
-  static const std::array<double, octaves> scales = octave_scales();
+  static const std::array<double, octaves> scales = [] {
+    std::array<double, octaves> powers{1};
+    for (std::size_t i = 1; i < octaves; ++i) powers[i] = powers[i - 1] * octave_factor;
+    return powers;
+  }();
   return scales[static_cast<std::size_t>(std::clamp(octave, 0, octaves - 1))];
 }
 

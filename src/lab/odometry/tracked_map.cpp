@@ -131,24 +131,11 @@ cv::Matx<double, 3, 6> derivative(const Camera& camera, const Observation& seen,
   const double x = point.x / point.z, y = point.y / point.z, nearness = 1 / point.z;
   const double u = camera.fx / sigma_px, v = camera.fy / sigma_px;
   const double d = seen.depth_m > 0 ? -disparity(camera, point.z) : 0;
-  return {-u * x * y,
-          u * (1 + x * x),
-          -u * y,
-          u * nearness,
-          0,
-          -u * x * nearness,
-          -v * (1 + y * y),
-          v * x * y,
-          v * x,
-          0,
-          v * nearness,
-          -v * y * nearness,
-          d * y,
-          -d * x,
-          0,
-          0,
-          0,
-          d * nearness};
+  return {-u * x * y, u * (1 + x * x), -u * y, u * nearness, 0, -u * x * nearness,
+          // The row of v.
+          -v * (1 + y * y), v * x * y, v * x, 0, v * nearness, -v * y * nearness,
+          // The row of the disparity.
+          d * y, -d * x, 0, 0, 0, d * nearness};
 }
 
 /// Returns the 95 % quantile of the chi-square distribution; beyond it, a match is an outlier.
