@@ -21,9 +21,7 @@ void set_face_coordinates(SurfacePoint& surface, const cv::Vec3d& local, int axi
   surface.v = axis == 2 ? local[1] : -local[2];
 }
 
-/// Returns the first root of the sphere
-/// origin + t direction - (0, 0, z)
-/// = radius, or no_hit.
+/// Returns the first t at which |origin + t direction - (0, 0, z)| is the radius, or no_hit.
 double sphere_hit(const cv::Vec3d& origin, const cv::Vec3d& direction, double z, double radius) {
   const cv::Vec3d from(origin[0], origin[1], origin[2] - z);
   const double a = direction.dot(direction);

@@ -19,6 +19,7 @@ constexpr double thigh_m = 0.44;
 constexpr double shin_m = 0.42;
 constexpr double ankle_m = 0.09;
 constexpr double stride_m = 1.30;
+constexpr double sharpness = 0.96;  // of the turns of what goes back and forth; 1 = no rounding
 
 /// A person's state on the way, which leads back and forth along the world's x.
 struct Walk {
@@ -45,17 +46,11 @@ WalkingTime walking_time(const SyntheticSceneOptions& options, int person, doubl
   const double periods = std::floor(elapsed_s / period_s + start);
   const double now_s = elapsed_s - (periods - start) * period_s;  // since the last start
   const double walked_s = go_s - ramp_s;                          // in a period, at full speed
-  WalkingTime time;
-  if (now_s < ramp_s) {
-    time = {now_s * now_s / (2 * ramp_s), now_s / ramp_s};
-  } else if (now_s < go_s - ramp_s) {
-    time = {now_s - ramp_s / 2, 1};
-  } else {
-    const double left_s = std::max(go_s - now_s, 0.0);
-    time = {walked_s - left_s * left_s / (2 * ramp_s), left_s / ramp_s};
-  }
-  time.walked_s += periods * walked_s;
-  return time;
+  const double before_s = periods * walked_s;
+  if (now_s < ramp_s) return {now_s * now_s / (2 * ramp_s) + before_s, now_s / ramp_s};
+  if (now_s < go_s - ramp_s) return {now_s - ramp_s / 2 + before_s, 1};
+  const double left_s = std::max(go_s - now_s, 0.0);
+  return {walked_s - left_s * left_s / (2 * ramp_s) + before_s, left_s / ramp_s};
 }
 
 cv::Vec2d middle_of_way(const SyntheticSceneOptions& options, int person) {
@@ -84,7 +79,6 @@ Walk walk_at(const SyntheticSceneOptions& options, int person, double elapsed_s)
     return stay(options, person, elapsed_s);
   }
   const WalkingTime time = walking_time(options, person, elapsed_s);
-  constexpr double sharpness = 0.96;
   const double slowest = std::sqrt(1 - sharpness * sharpness);
   const double peak = std::asin(sharpness);
   const double turn_m = options.turn_distance_m;
@@ -254,7 +248,6 @@ Block box(cv::Vec3d centre, cv::Vec3d size) {
 
 /// Returns a cart that goes back and forth before the camera, with rounded turns.
 Block pushed_box(const SyntheticSceneOptions& options, double elapsed_s) {
-  constexpr double sharpness = 0.96;
   const double peak = std::asin(sharpness);
   const double start = unit(make_key(options.seed, Stream::box)) - 0.5;
   const double phase = elapsed_s * pushed_m_s * peak / pushed_way_m + start;

@@ -141,7 +141,7 @@ class View {
     *facing = std::abs(surface.normal.dot(ray.direction)) / length;
     // The width of a pixel on the surface: the mean of along and across the slant, roughly.
     const double footprint = hit.t / camera_.fx / std::sqrt(std::max(*facing, 0.05));
-    const double lit = std::max(0.0, surface.normal.dot(lamp_direction()));
+    const double lit = std::max(0.0, surface.normal.dot({-0.48, -0.60, 0.64}));  // by the lamp
     double light = (1 - light_share) + 1.35 * light_share * lit;
     if (world_.changing_light) light *= 1 + light_drift * drifting_light(point);
     const double corner = hit.id < SurfaceId::block(0, 0) ? corner_shade(point) : 1.0;
@@ -189,8 +189,6 @@ class View {
     const Texture& texture = world_.materials[static_cast<std::size_t>(room_material(hit.face))];
     return texture.sample(surface.u, surface.v, blur_m) - cv::Vec3f(150, 150, 150);
   }
-
-  static cv::Vec3d lamp_direction() { return {-0.48, -0.60, 0.64}; }
 
   /// Returns the share of light that reaches a point: the room's corners get less.
   double corner_shade(const cv::Vec3d& point) const {

@@ -16,60 +16,58 @@ namespace {
 constexpr double camera_height_m = 1.30;
 constexpr double ceiling_m = 2.70;
 
+using Blocks = std::vector<Block>;
+
 double radians(double degrees) { return degrees * CV_PI / 180.0; }
 
-Block block(cv::Vec3d foot, cv::Vec3d size, double turn_deg, Material material) {
-  Block made;
+void add(Blocks& blocks, cv::Vec3d foot, cv::Vec3d size, double turn_deg, Material material) {
+  Block& made = blocks.emplace_back();
   made.centre = {foot[0], foot[1], foot[2] + size[2] / 2};
   made.half_size = size * 0.5;
   made.texture_offset_m = {made.centre[0], made.centre[2]};
   made.cosine = std::cos(radians(turn_deg));
   made.sine = std::sin(radians(turn_deg));
   made.material = static_cast<int>(material);
-  return made;
 }
 
 /// Adds a table and the things on it; `foot` is the floor point below its middle.
-void add_table(std::vector<Block>& blocks, cv::Vec3d foot) {
-  const auto add = [&](cv::Vec3d at, cv::Vec3d size, double turn, Material material) {
-    blocks.push_back(block(foot + at, size, turn, material));
+void add_table(Blocks& blocks, cv::Vec3d foot) {
+  const auto put = [&](cv::Vec3d at, cv::Vec3d size, double turn, Material material) {
+    add(blocks, foot + at, size, turn, material);
   };
-  add({0, 0, 0.71}, {1.30, 0.65, 0.04}, 0, Material::wood);
+  put({0, 0, 0.71}, {1.30, 0.65, 0.04}, 0, Material::wood);
   for (const double x : {-0.6, 0.6}) {
     for (const double y : {-0.28, 0.28}) {
-      add({x, y, 0}, {0.06, 0.06, 0.71}, 0, Material::wood);
+      put({x, y, 0}, {0.06, 0.06, 0.71}, 0, Material::wood);
     }
   }
-  add({-0.15, 0.12, 0.75}, {0.16, 0.14, 0.10}, 0, Material::screen);
-  add({-0.15, 0.10, 0.85}, {0.62, 0.05, 0.38}, 6, Material::screen);
-  add({0.38, -0.02, 0.75}, {0.26, 0.22, 0.18}, 25, Material::cardboard);
-  add({-0.5, -0.15, 0.75}, {0.22, 0.30, 0.05}, -12, Material::books);
+  put({-0.15, 0.12, 0.75}, {0.16, 0.14, 0.10}, 0, Material::screen);
+  put({-0.15, 0.10, 0.85}, {0.62, 0.05, 0.38}, 6, Material::screen);
+  put({0.38, -0.02, 0.75}, {0.26, 0.22, 0.18}, 25, Material::cardboard);
+  put({-0.5, -0.15, 0.75}, {0.22, 0.30, 0.05}, -12, Material::books);
 }
 
 /// Returns shelves at the wall, a table and boxes on the floor; their places vary a little with the
 /// seed.
-std::vector<Block> furniture(const SyntheticSceneOptions& options) {
+Blocks furniture(const SyntheticSceneOptions& options) {
   const double wall = options.wall_distance_m;
   const auto jitter = [&](int what) {
     return between(make_key(options.seed, Stream::layout, what), -0.12, 0.12);
   };
-  std::vector<Block> blocks;
+  Blocks blocks;
   const double shelf = -1.75 + jitter(1);
-  blocks.push_back(block({shelf, wall - 0.16, 0}, {0.95, 0.30, 1.52}, 0, Material::books));
-  blocks.push_back(block({shelf, wall - 0.17, 1.52}, {1.02, 0.34, 0.04}, 0, Material::wood));
-  blocks.push_back(
-      block({shelf - 0.2, wall - 0.2, 1.56}, {0.3, 0.24, 0.22}, 15, Material::cardboard));
+  add(blocks, {shelf, wall - 0.16, 0}, {0.95, 0.30, 1.52}, 0, Material::books);
+  add(blocks, {shelf, wall - 0.17, 1.52}, {1.02, 0.34, 0.04}, 0, Material::wood);
+  add(blocks, {shelf - 0.2, wall - 0.2, 1.56}, {0.3, 0.24, 0.22}, 15, Material::cardboard);
   add_table(blocks, {1.25 + jitter(2), wall - 0.75 + jitter(3), 0});
   const double pile = 0.05 + jitter(4);
-  blocks.push_back(block({pile, wall - 0.45, 0}, {0.55, 0.42, 0.46}, 12, Material::cardboard));
-  blocks.push_back(
-      block({pile - 0.04, wall - 0.43, 0.46}, {0.38, 0.32, 0.30}, -18, Material::cardboard));
+  add(blocks, {pile, wall - 0.45, 0}, {0.55, 0.42, 0.46}, 12, Material::cardboard);
+  add(blocks, {pile - 0.04, wall - 0.43, 0.46}, {0.38, 0.32, 0.30}, -18, Material::cardboard);
   // A chest of drawers on the right, nearer, so that the static scene itself has depth.
-  blocks.push_back(block({2.05 + jitter(5), 2.75, 0}, {0.55, 0.45, 0.86}, -20, Material::wood));
-  blocks.push_back(block({2.02 + jitter(5), 2.72, 0.86}, {0.24, 0.2, 0.3}, 10, Material::books));
-  blocks.push_back(block({-2.25 + jitter(6), 2.6, 0}, {0.5, 0.5, 0.55}, 30, Material::cloth));
-  blocks.push_back(
-      block({-2.25 + jitter(6), 2.6, 0.55}, {0.3, 0.34, 0.26}, 8, Material::cardboard));
+  add(blocks, {2.05 + jitter(5), 2.75, 0}, {0.55, 0.45, 0.86}, -20, Material::wood);
+  add(blocks, {2.02 + jitter(5), 2.72, 0.86}, {0.24, 0.2, 0.3}, 10, Material::books);
+  add(blocks, {-2.25 + jitter(6), 2.6, 0}, {0.5, 0.5, 0.55}, 30, Material::cloth);
+  add(blocks, {-2.25 + jitter(6), 2.6, 0.55}, {0.3, 0.34, 0.26}, 8, Material::cardboard);
   return blocks;
 }
 
@@ -86,17 +84,17 @@ struct Unit {
   Material material;
 };
 
-void add_units(std::vector<Block>& blocks, std::initializer_list<Unit> units, double behind) {
+void add_units(Blocks& blocks, std::initializer_list<Unit> units, double behind) {
   constexpr double depth = 0.30;
   for (const Unit& unit : units) {
-    blocks.push_back(block({unit.x, behind + unit.gap + depth / 2, 0},
-                           {unit.width, depth, unit.height}, 0, unit.material));
+    add(blocks, {unit.x, behind + unit.gap + depth / 2, 0}, {unit.width, depth, unit.height}, 0,
+        unit.material);
   }
 }
 
 /// Adds static things right behind and in front of the persons' path, out of reach of every limb: a
 /// walking body reaches 0.40 m to either side of the path.
-void add_shelves(std::vector<Block>& blocks, const SyntheticSceneOptions& options) {
+void add_shelves(Blocks& blocks, const SyntheticSceneOptions& options) {
   constexpr double reach_m = 0.40;
   const double before = options.person_distance_m - reach_m;
   add_units(blocks,
@@ -106,20 +104,17 @@ void add_shelves(std::vector<Block>& blocks, const SyntheticSceneOptions& option
              {1.05, 0.70, 0.12, 1.40, Material::wood}},
             farthest_path(options) + reach_m);
   const double desk = before - 0.28;
-  blocks.push_back(block({0.10, desk, 0.71}, {1.50, 0.52, 0.04}, 0, Material::wood));
-  blocks.push_back(block({0.22, desk + 0.06, 0.75}, {0.16, 0.14, 0.10}, 0, Material::screen));
-  blocks.push_back(block({0.22, desk + 0.06, 0.85}, {0.50, 0.05, 0.34}, 4, Material::screen));
-  blocks.push_back(block({-0.42, desk + 0.02, 0.75}, {0.26, 0.22, 0.28}, 20, Material::cardboard));
+  add(blocks, {0.10, desk, 0.71}, {1.50, 0.52, 0.04}, 0, Material::wood);
+  add(blocks, {0.22, desk + 0.06, 0.75}, {0.16, 0.14, 0.10}, 0, Material::screen);
+  add(blocks, {0.22, desk + 0.06, 0.85}, {0.50, 0.05, 0.34}, 4, Material::screen);
+  add(blocks, {-0.42, desk + 0.02, 0.75}, {0.26, 0.22, 0.28}, 20, Material::cardboard);
 }
 
 /// Adds a desk, a chair and cupboards that leave people who step sideways just room enough.
-void add_workplace(std::vector<Block>& blocks, const SyntheticSceneOptions& options) {
+void add_workplace(Blocks& blocks, const SyntheticSceneOptions& options) {
   constexpr double reach_before_m = 0.25;  // of the hands
   constexpr double reach_behind_m = 0.15;  // of the heels
   const double before = options.person_distance_m - reach_before_m - 0.05;
-  const auto add = [&](double x, double y, double z, cv::Vec3d size, double turn, Material what) {
-    blocks.push_back(block({x, y, z}, size, turn, what));
-  };
   add_units(blocks,
             {{-1.20, 0.70, 0.15, 1.90, Material::books},
              {-0.48, 0.62, 0.05, 1.15, Material::cardboard},
@@ -128,25 +123,27 @@ void add_workplace(std::vector<Block>& blocks, const SyntheticSceneOptions& opti
              {1.52, 0.66, 0.25, 1.60, Material::wood}},
             farthest_path(options) + reach_behind_m);
   const double desk = before - 0.30;  // the middle of its top
-  add(-0.42, desk, 0.69, {1.10, 0.60, 0.04}, 0, Material::wood);
-  for (const double x : {-0.94, 0.10}) add(x, desk, 0, {0.05, 0.56, 0.69}, 0, Material::wood);
-  add(-0.66, desk + 0.20, 0.73, {0.30, 0.16, 0.26}, 4, Material::books);
-  add(-0.20, desk + 0.23, 0.73, {0.44, 0.05, 0.32}, 0, Material::screen);
-  add(-0.02, desk + 0.02, 0.73, {0.20, 0.28, 0.05}, 15, Material::books);
-  add(-0.55, desk - 0.12, 0.73, {0.34, 0.24, 0.02}, -8, Material::screen);
-  add(0.50, before - 0.03, 0.52, {0.44, 0.05, 0.46}, 0, Material::books);
-  add(0.50, before - 0.28, 0.44, {0.46, 0.46, 0.06}, 0, Material::cloth);
+  add(blocks, {-0.42, desk, 0.69}, {1.10, 0.60, 0.04}, 0, Material::wood);
+  for (const double x : {-0.94, 0.10}) {
+    add(blocks, {x, desk, 0}, {0.05, 0.56, 0.69}, 0, Material::wood);
+  }
+  add(blocks, {-0.66, desk + 0.20, 0.73}, {0.30, 0.16, 0.26}, 4, Material::books);
+  add(blocks, {-0.20, desk + 0.23, 0.73}, {0.44, 0.05, 0.32}, 0, Material::screen);
+  add(blocks, {-0.02, desk + 0.02, 0.73}, {0.20, 0.28, 0.05}, 15, Material::books);
+  add(blocks, {-0.55, desk - 0.12, 0.73}, {0.34, 0.24, 0.02}, -8, Material::screen);
+  add(blocks, {0.50, before - 0.03, 0.52}, {0.44, 0.05, 0.46}, 0, Material::books);
+  add(blocks, {0.50, before - 0.28, 0.44}, {0.46, 0.46, 0.06}, 0, Material::cloth);
   for (const double x : {0.31, 0.69}) {
-    add(x, before - 0.03, 0, {0.04, 0.04, 0.52}, 0, Material::wood);
-    add(x, before - 0.47, 0, {0.04, 0.04, 0.44}, 0, Material::wood);
+    add(blocks, {x, before - 0.03, 0}, {0.04, 0.04, 0.52}, 0, Material::wood);
+    add(blocks, {x, before - 0.47, 0}, {0.04, 0.04, 0.44}, 0, Material::wood);
   }
 }
 
 /// Adds a chair under the first person.
-void add_chair(std::vector<Block>& blocks, const SyntheticSceneOptions& options) {
+void add_chair(Blocks& blocks, const SyntheticSceneOptions& options) {
   const cv::Vec2d place = place_at(options, 0, 0);
-  blocks.push_back(block({place[0], place[1], 0}, {0.44, 0.42, 0.40}, 0, Material::wood));
-  blocks.push_back(block({place[0], place[1] + 0.20, 0.40}, {0.44, 0.05, 0.50}, 0, Material::wood));
+  add(blocks, {place[0], place[1], 0}, {0.44, 0.42, 0.40}, 0, Material::wood);
+  add(blocks, {place[0], place[1] + 0.20, 0.40}, {0.44, 0.05, 0.50}, 0, Material::wood);
 }
 
 /// Returns one coordinate of the camera's motion, at most 1: a slow sway, a quicker one and a
