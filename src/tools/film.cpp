@@ -3,8 +3,6 @@
 
 #include "film.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <map>
 #include <string>
@@ -17,7 +15,6 @@
 #include "evaluation/image_lists.hpp"
 #include "io/file_error.hpp"
 #include "io/frame_names.hpp"
-#include "recorded_masks.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -90,10 +87,6 @@ class Film final : public FrameSource {
     return read;
   }
 
-  std::vector<int> mask_values() const override {
-    return masks_ ? masks_->values() : std::vector<int>();
-  }
-
   void add_inputs(Inputs& inputs) const override {
     inputs.add(name_);
     inputs.add_folder(masks_folder_);
@@ -112,10 +105,9 @@ class Film final : public FrameSource {
     return times;
   }
 
-  fs::path name_, masks_folder_;
+  fs::path name_;
   bool is_camera_;
   cv::VideoCapture film_;
-  std::optional<RecordedMasks> masks_;
   double frame_s_ = 1.0 / 30, time_s_ = 0;
   std::size_t next_ = 0;  // number of the frame to grab
   cv::TickMeter clock_;
@@ -126,8 +118,7 @@ class Film final : public FrameSource {
 bool is_film(const fs::path& name) {
   const std::string text = name.string();
   const bool is_number =
-      !text.empty() && text.size() < 4 &&
-      std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+      !text.empty() && text.size() < 4 && text.find_first_not_of("0123456789") == std::string::npos;
   return detail::exists(name) ? fs::is_regular_file(name) : is_number;
 }
 

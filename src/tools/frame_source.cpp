@@ -17,7 +17,6 @@
 #include "film.hpp"
 #include "io/file_error.hpp"
 #include "lab/scenes/scene_levels.hpp"
-#include "recorded_masks.hpp"
 #include "trajectory_note.hpp"
 
 namespace dynfilter::tools {
@@ -190,16 +189,12 @@ class Recording final : public FrameSource {
     if (moving_masks_) require(moving_masks_->has_mask(time_s), sequence_.moving_masks_folder());
   }
 
-  std::vector<int> mask_values() const override {
-    return masks_ ? masks_->values() : std::vector<int>();
-  }
-
   const RgbdSequence* sequence() const override { return &sequence_; }
 
   void add_inputs(Inputs& inputs) const override {
     add_sequence_inputs(sequence_, inputs);
     inputs.add(spec_.reading.camera_file);
-    inputs.add(masks_folder_);  // which may be a file
+    inputs.add(masks_folder_);
     inputs.add_folder(masks_folder_);
     if (spec_.is_for_masks) return;  // which may replace the sequence's own
     for (const auto& masks : {sequence_.masks_folder(), sequence_.true_masks_folder(),
@@ -267,9 +262,7 @@ class Recording final : public FrameSource {
   SceneSpec spec_;
   std::size_t without_masks_ = 0;  // frames
   RgbdSequence sequence_;
-  std::filesystem::path masks_folder_;  // empty if the sequence has none
   Degradation degraded_;
-  std::optional<RecordedMasks> masks_;
   std::optional<MaskFolderSegmenter> true_masks_, moving_masks_;
   cv::Size image_size_;  // of all images; empty before the first
 };

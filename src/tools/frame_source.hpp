@@ -19,6 +19,7 @@
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "inputs.hpp"
 #include "lab/scenes/synthetic_scene.hpp"
+#include "recorded_masks.hpp"
 
 namespace dynfilter::tools {
 
@@ -84,7 +85,7 @@ class FrameSource {
   virtual void require_masks(std::size_t) const {}
 
   /// Returns the different values of masks without a table, read so far.
-  virtual std::vector<int> mask_values() const { return {}; }
+  std::vector<int> mask_values() const { return masks_ ? masks_->values() : std::vector<int>(); }
 
   /// Returns the recorded sequence that the frames are of; null for another source.
   virtual const RgbdSequence* sequence() const { return nullptr; }
@@ -94,6 +95,8 @@ class FrameSource {
 
  protected:
   SourceFacts facts_;
+  std::filesystem::path masks_folder_;  // which may be a file; empty without masks
+  std::optional<RecordedMasks> masks_;
 };
 
 /// Throws if a frame that is used, every `every`-th one, lacks its masks.
