@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <initializer_list>
+#include <map>
 #include <utility>
 
 #include "dynfilter/detail/number_text.hpp"
@@ -33,17 +34,15 @@ struct Table {
   }
 };
 
-/// The runs of one group by rule, in the tables' order of rules.
+/// The runs of one group by rule.
 struct Group {
   std::string name;
-  std::vector<std::pair<std::string, Runs>> rules;
+  std::map<std::string, Runs> rules;
 
   /// Returns the runs under a rule; none if there are none.
   Runs under(const std::string& rule) const {
-    for (const auto& [of_rule, runs] : rules) {
-      if (of_rule == rule) return runs;
-    }
-    return {};
+    const auto found = rules.find(rule);
+    return found == rules.end() ? Runs() : found->second;
   }
 };
 
@@ -51,18 +50,9 @@ std::vector<Group> grouped(const std::vector<RunRecord>& all) {
   std::vector<Group> groups;
   for (const RunRecord& run : all) {
     const auto has_name = [&](const Group& group) { return group.name == run.scene.group; };
-    if (std::none_of(groups.begin(), groups.end(), has_name)) {
-      groups.push_back({run.scene.group, {}});
-    }
-  }
-  for (Group& group : groups) {
-    for (const std::string& rule : all_rule_names()) {
-      Runs runs;
-      for (const RunRecord& run : all) {
-        if (run.scene.group == group.name && run.rule.name == rule) runs.push_back(&run);
-      }
-      if (!runs.empty()) group.rules.emplace_back(rule, std::move(runs));
-    }
+    auto group = std::find_if(groups.begin(), groups.end(), has_name);
+    if (group == groups.end()) group = groups.insert(group, {run.scene.group, {}});
+    group->rules[run.rule.name].push_back(&run);
   }
   return groups;
 }
