@@ -153,8 +153,7 @@ RgbdSequenceEntry entry_of(const ListedFrame& frame) {
       detail::shown(path.string()) +
       ": there is no such camera file. Write it with these lines, or name another one or one of "
       "tum1, tum2, tum3 and bonn (--camera tum3; in code camera_file). The values are those of "
-      "TUM's freiburg3 camera: replace them by those of the camera that recorded the "
-      "sequence.\n"
+      "TUM's freiburg3 camera: replace them by those of the camera that recorded the sequence.\n"
       "%YAML:1.0\n---\nCamera.fx: 535.4\nCamera.fy: 539.2\nCamera.cx: 320.1\nCamera.cy: 247.6\n"
       "Camera.k1: 0.0\nCamera.k2: 0.0\nCamera.p1: 0.0\nCamera.p2: 0.0\nCamera.k3: 0.0\n"
       "Camera.width: 640\nCamera.height: 480\nCamera.fps: 30.0\nDepthMapFactor: 5000.0\n");

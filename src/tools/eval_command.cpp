@@ -30,8 +30,6 @@ struct EvalOptions {
   RelativeErrorOptions relative;
 };
 
-bool is_count(const std::string& name) { return name == "pairs" || name == "rpe_intervals"; }
-
 /// The figures of an estimate, and why some are missing.
 struct Evaluation {
   std::vector<std::pair<std::string, double>> figures;       // in the order of printing
@@ -151,7 +149,8 @@ Evaluation evaluate(const EvalOptions& options) {
 void report(const EvalOptions& options) {
   const Evaluation evaluation = evaluate(options);
   for (const auto& [name, value] : evaluation.figures) {
-    std::printf(is_count(name) ? "%-36s %.0f\n" : "%-36s %.6f\n", name.c_str(), value);
+    const bool is_count = name == "pairs" || name == "rpe_intervals";
+    std::printf(is_count ? "%-36s %.0f\n" : "%-36s %.6f\n", name.c_str(), value);
   }
   for (const auto& [name, reason] : evaluation.missing) {
     std::fprintf(stderr, "no %s: %s\n", name.c_str(), reason.c_str());

@@ -221,17 +221,14 @@ void write_mask_images(MasksOptions options) {
 }
 
 constexpr char masks_description[] =
-    "Run a segmenter over a sequence once and write its masks, label maps with an "
-    "instances.csv,\n"
-    "for dynfilter run --masks, for MaskFolderSegmenter and for the plugin; or write mask "
-    "images\n"
+    "Run a segmenter over a sequence once and write its masks, label maps with an instances.csv,\n"
+    "for dynfilter run --masks, for MaskFolderSegmenter and for the plugin; or write mask images\n"
     "for COLMAP and other systems, or depth without what is dynamic, of a segmenter's masks or\n"
     "of the sequence's own.";
 
 constexpr char masks_notes[] =
     "formats:\n"
-    "  labels   label maps named by time, with an instances.csv, of a segmenter's or other "
-    "tools'\n"
+    "  labels   label maps named by time, with an instances.csv, of a segmenter's or other tools'\n"
     "           masks: what MaskFolderSegmenter and the plugin read\n"
     "  colmap   for an image a/b.png the mask a/b.png.png: 0 = take no features here, else 255\n"
     "  static   for an image a/b.png the mask a/b.png: 255 = static, 0 = dynamic\n"

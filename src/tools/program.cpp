@@ -65,23 +65,19 @@ int parse_and_run(int argc, char** argv) {
 }  // namespace
 
 int run_program(int argc, char** argv) {
-  int exit_code = 0;
+  int exit_code = 1;
   try {
     exit_code = parse_and_run(argc, argv);
   } catch (const Interrupted& interruption) {
     std::fprintf(stderr, "%s\n", interruption.what());
     std::raise(interruption.signal);  // ends the program as the caller expects of this signal
-    exit_code = 1;
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "error: there is not enough memory\n");
-    exit_code = 1;
   } catch (const std::filesystem::filesystem_error& error) {
     const std::string what = error.path1().string() + ": " + error.code().message();
     std::fprintf(stderr, "error: %s\n", detail::shown(what).c_str());
-    exit_code = 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "error: %s\n", error.what());
-    exit_code = 1;
   }
   if (!std::cout.flush() || std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
     std::fprintf(stderr, "error: standard output: cannot be written\n");

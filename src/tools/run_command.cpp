@@ -5,10 +5,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 #include <opencv2/core/utility.hpp>
 
@@ -88,8 +86,7 @@ void run(const RunOptions& options) {
 }
 
 constexpr char run_description[] =
-    "Filter the ORB features of a sequence (TUM RGB-D or BONN layout) by its masks/ folder. "
-    "Show\n"
+    "Filter the ORB features of a sequence (TUM RGB-D or BONN layout) by its masks/ folder. Show\n"
     "what was removed (a table, overlays, one line a frame), and track the camera on the other\n"
     "features with the reference odometry. Say what is wrong with the sequence, such as late\n"
     "depth or old masks, and what mends it. If the sequence has masks_true/, the features are\n"

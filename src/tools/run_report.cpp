@@ -5,11 +5,11 @@
 
 #include <sys/resource.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <map>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -180,8 +180,8 @@ void print_report(const RunRecord& run) {
 
 void print_findings(const std::vector<InputFinding>& findings, const std::string& scene) {
   const std::string of_scene = scene.empty() ? "" : " of " + scene;
-  if (findings.empty()) std::printf("\nchecks of the input%s: nothing to mend\n", of_scene.c_str());
-  if (!findings.empty()) std::printf("\nchecks of the input%s\n", of_scene.c_str());
+  std::printf("\nchecks of the input%s%s\n", of_scene.c_str(),
+              findings.empty() ? ": nothing to mend" : "");
   for (const auto& [check, sentence, is_hopeless] : findings) {
     std::printf("* %s: %s\n", check.c_str(), sentence.c_str());
   }

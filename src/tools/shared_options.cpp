@@ -22,8 +22,7 @@
 namespace dynfilter::tools {
 
 std::string SegmenterSpec::name() const {
-  if (!remote.empty()) return "process at " + remote;
-  return model.string();
+  return remote.empty() ? model.string() : "process at " + remote;
 }
 
 std::unique_ptr<Segmenter> SegmenterSpec::make() const {

@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -54,11 +53,6 @@ const char* reason_of(DepthOffsetVerdict verdict) {
   return "";
 }
 
-/// Whether depth is out of step by more than half a frame, so that another pairing is better.
-bool is_out_of_step(const DepthOffsetEstimate& estimate) {
-  return estimate.offset && std::abs(estimate.offset->frames_late) > 0.5;
-}
-
 /// Says in a line how late depth is, or why that is not known.
 std::string depth_offset_text(const DepthOffsetEstimate& estimate) {
   if (!estimate.offset) {
@@ -108,7 +102,8 @@ void sync(const SyncOptions& options) {
     detail::throw_file_error(options.write, "exists; name another file");
   }
   const DepthOffsetEstimate estimate = estimate_offset(sequence);
-  const bool is_late = is_out_of_step(estimate);
+  // Out of step by more than half a frame, another pairing is better.
+  const bool is_late = estimate.offset && std::abs(estimate.offset->frames_late) > 0.5;
   const double offset_s =
       is_late ? std::round(estimate.offset->seconds * 1000) / 1000 : sequence.depth_offset_s();
   std::printf("%zu frames compared, paired with a depth offset of %g s\n", estimate.frames,

@@ -1,9 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -130,8 +128,7 @@ void synthesise(const SynthOptions& options) {
 std::string level_list() {
   std::string text = "levels:";
   for (const SceneLevel& level : scene_levels()) {
-    text += "\n  " + level.name +
-            std::string(16 - std::min<std::size_t>(level.name.size(), 15), ' ') + level.description;
+    text += "\n  " + level.name + std::string(16 - level.name.size(), ' ') + level.description;
   }
   return text;
 }
