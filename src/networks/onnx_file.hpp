@@ -7,7 +7,6 @@
 
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <string>

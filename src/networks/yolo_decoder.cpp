@@ -9,7 +9,6 @@
 #include <functional>
 #include <optional>
 #include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "dynfilter/detail/errors.hpp"

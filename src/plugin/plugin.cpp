@@ -4,7 +4,6 @@
 #include "dynfilter/plugin.hpp"
 
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>

@@ -13,7 +13,6 @@
 #include <exception>
 #include <iterator>
 #include <mutex>
-#include <new>
 #include <shared_mutex>
 #include <stdexcept>
 #include <thread>

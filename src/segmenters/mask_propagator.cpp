@@ -10,7 +10,6 @@
 #include <iterator>
 #include <limits>
 #include <set>
-#include <tuple>
 #include <utility>
 #include <vector>
 

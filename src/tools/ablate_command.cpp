@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <future>
 #include <memory>
-#include <optional>
 #include <regex>
 #include <set>
 #include <sstream>
