@@ -38,22 +38,15 @@ void erode(cv::Mat& mask, int radius_px) {
             cv::BORDER_CONSTANT, cv::Scalar::all(0));
 }
 
-std::vector<cv::Point> pixels_of(const cv::Mat& mask) {
-  std::vector<cv::Point> pixels;
-  cv::findNonZero(mask, pixels);
-  return pixels;
-}
-
 void cut(cv::Mat& mask) {
-  const std::vector<cv::Point> pixels = pixels_of(mask);
-  if (pixels.empty()) return;
-  // The pixels come row by row.
-  const int top = pixels.front().y, height = pixels.back().y + 1 - top;
-  mask.rowRange(top + static_cast<int>(std::lround((1 - cut_share) * height)), mask.rows).setTo(0);
+  const cv::Rect object = cv::boundingRect(mask);
+  const int kept = static_cast<int>(std::lround((1 - cut_share) * object.height));
+  mask.rowRange(object.y + kept, mask.rows).setTo(0);
 }
 
 void drop_disc(cv::Mat& mask, std::uint64_t key) {
-  const std::vector<cv::Point> pixels = pixels_of(mask);
+  std::vector<cv::Point> pixels;
+  cv::findNonZero(mask, pixels);
   if (pixels.empty()) return;
   cv::RNG random(key);
   const cv::Point centre =

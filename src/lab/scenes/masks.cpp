@@ -205,11 +205,8 @@ void merge_overlapping(std::vector<Instance>& found, cv::Size size) {
 }  // namespace
 
 std::vector<Instance> true_instances(const cv::Mat1i& surface, int persons) {
-  std::vector<cv::Mat1b> masks;
-  masks.reserve(static_cast<std::size_t>(persons));
-  for (int person = 0; person < persons; ++person) {
-    masks.emplace_back(surface.size(), std::uint8_t{0});
-  }
+  std::vector<cv::Mat1b> masks(static_cast<std::size_t>(persons));
+  for (cv::Mat1b& mask : masks) mask = cv::Mat1b::zeros(surface.size());
   for (int y = 0; y < surface.rows; ++y) {
     for (int x = 0; x < surface.cols; ++x) {
       const int id = surface(y, x);

@@ -234,7 +234,6 @@ Canvas skin(int person, std::uint64_t key) {
 
 Texture paint_material(Material material, double contrast, std::uint64_t seed) {
   const std::uint64_t key = make_key(seed, Stream::furniture, material);
-  double texel_m = 0.004;
   Canvas canvas = [&] {
     switch (material) {
       case Material::wall:
@@ -255,9 +254,9 @@ Texture paint_material(Material material, double contrast, std::uint64_t seed) {
         return plain({256, 256}, {92, 76, 70}, 9.0F, key);
     }
   }();
-  if (material != Material::wall && material != Material::floor) texel_m = 0.003;
   canvas.contrast(contrast);
-  return Texture(canvas.pixels(), texel_m);
+  const bool is_large = material == Material::wall || material == Material::floor;
+  return Texture(canvas.pixels(), is_large ? 0.004 : 0.003);
 }
 
 Texture paint_garment(Garment garment, int person, std::uint64_t seed) {
