@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdint>
 #include <tuple>
-#include <utility>
 
 #include "dynfilter/detail/quantile.hpp"
 #include "dynfilter/detail/rotation.hpp"

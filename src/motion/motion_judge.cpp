@@ -3,8 +3,6 @@
 
 #include "dynfilter/motion/motion_judge.hpp"
 
-#include <algorithm>
-#include <cstdint>
 #include <cstring>
 #include <utility>
 

@@ -31,8 +31,7 @@ cv::Mat in_image(const cv::Mat& grid, const InputPlacement& placement, const cv:
 
 /// Returns the instances of the image, in the order of the detections. Clips boxes and masks to the
 /// image. Leaves out detections whose mask has no pixel in the image; without prototypes, boxes
-/// have no masks. O(detections x prototypes,
-/// plus the area of the boxes).
+/// have no masks. O(detections x prototypes, plus the area of the boxes).
 std::vector<Instance> assemble_instances(const std::vector<Detection>& detections,
                                          const Planes& prototypes, const InputPlacement& placement,
                                          MaskRule rule);
