@@ -50,6 +50,14 @@ const MapStartCase map_start_cases[] = {
      0},
 };
 
+TEST(MapStart, KeepsTheFirstOfEquals) {
+  FeatureLabels labels(502, Segmentation());
+  for (const std::size_t i : {500U, 501U}) labels.remove(i, -1, Reason::moving, 0.5F);
+  detail::MapStart().keep_for_map(labels);
+  EXPECT_FALSE(labels.is_removed(500));
+  EXPECT_TRUE(labels.is_removed(501));
+}
+
 TEST(MapStart, KeepsWhatIsLeastCertainInTheFrameThatBeginsTheMap) {
   for (const MapStartCase& c : map_start_cases) {
     detail::MapStart start;
