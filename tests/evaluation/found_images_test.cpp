@@ -267,6 +267,7 @@ TEST(FoundImages, OrOneSentenceSaysWhatToDo) {
        "rgb.txt:1: time: '1.30503e+09' has too few digits"},
       {"c:rgb/0.png", {{"rgb.txt", "1.5\n"}}, "got 1 columns; want 2: time, file"},
       {"c:rgb/0.png", {{"rgb.txt", "1.5 rgb\\1.png\n"}}, "rgb/1.png is missing"},
+      {"c:image_2/0.png", {{"times.txt", "0\n.1\n.2\n"}}, "has 3 times for the 1 images in"},
   };
   for (const auto& one : cases) {
     SCOPED_TRACE(one.sentence);

@@ -34,7 +34,7 @@ TEST_F(Program, DrawsAPanelForEachPartOfTheRule) {
     ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
     const cv::Mat sheet = cv::imread(fs::directory_iterator(folder / "overlays")->path().string());
     EXPECT_EQ(sheet.cols, panels * width) << rule;
-    EXPECT_EQ(outcome.mentions("  dynamic left    "), panels == 1) << rule;
+    EXPECT_EQ(outcome.mentions("dynamic left, with compensation"), panels == 3) << rule;
     cv::Mat rings;  // around what is left on people
     cv::inRange(sheet, cv::Scalar(255, 0, 255), cv::Scalar(255, 0, 255), rings);
     EXPECT_LT(cv::countNonZero(rings), 0.05 * static_cast<double>(rings.total())) << rule;
