@@ -32,9 +32,9 @@ Clock::duration seconds(double number) {
 
 /// Returns an address for ZeroMQ. A path becomes absolute, which survives chdir().
 std::string endpoint_of(const std::string& address) {
-  static const std::regex tcp("tcp://127\\.0\\.0\\.1:[1-9][0-9]{0,4}");  // others need encryption
-  if (std::regex_match(address, tcp) && std::stoi(address.substr(address.rfind(':') + 1)) < 1 << 16)
-    return address;
+  static const std::regex tcp("tcp://127\\.0\\.0\\.1:([1-9][0-9]{0,4})");  // others need encryption
+  std::smatch match;
+  if (std::regex_match(address, match, tcp) && std::stoi(match[1]) <= 65535) return address;
   const std::string path = address.substr(address.rfind("ipc://", 0) == 0 ? 6 : 0);
   const auto absolute = path.empty() ? path : std::filesystem::absolute(path).string();
   if (!path.empty() && path.find("://") == std::string::npos &&
@@ -96,8 +96,9 @@ class Connection {
       const bool was_over = !is_usable();  // looked at first: what came before the end counts
       Parts parts = receive_from(socket_);
       if (!parts.empty()) return parts;
-      if (was_over)
+      if (was_over) {
         throw Failure("the other side has closed the connection, or sent more than 64 MiB", false);
+      }
       wait(deadline, late);
     }
   }
